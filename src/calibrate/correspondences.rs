@@ -1,0 +1,129 @@
+//! A growing set of 2D-3D measurements of one camera.
+
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+
+use crate::error::{Error, Result};
+use crate::geometry::InverseDepthPoint;
+
+/// One 2D-3D measurement.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Observation {
+    /// A point whose position is known, exactly or with a covariance (m^2).
+    Point {
+        world: Vector3<f64>,
+        world_covariance: Option<Matrix3<f64>>,
+        pixel: Vector2<f64>,
+        /// px^2; `None`: the set's common noise.
+        pixel_covariance: Option<Matrix2<f64>>,
+    },
+    /// A laser shot: the point lies on a known ray, its inverse depth is measured.
+    Shot { shot: InverseDepthPoint, pixel: Vector2<f64>, pixel_covariance: Matrix2<f64> },
+}
+
+impl Observation {
+    pub fn pixel(&self) -> Vector2<f64> {
+        match self {
+            Self::Point { pixel, .. } | Self::Shot { pixel, .. } => *pixel,
+        }
+    }
+}
+
+/// 2D-3D measurements of one camera, in any mixture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Correspondences {
+    width: u32,
+    height: u32,
+    observations: Vec<Observation>,
+}
+
+impl Correspondences {
+    /// For a camera with the given image size.
+    pub fn new(width: u32, height: u32) -> Result<Self> {
+        if width == 0 || height == 0 || width > 1 << 16 || height > 1 << 16 {
+            return Err(Error::invalid("image size", format!("{width} x {height}")));
+        }
+        Ok(Self { width, height, observations: Vec::new() })
+    }
+
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    pub fn len(&self) -> usize {
+        self.observations.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.observations.is_empty()
+    }
+
+    pub fn observations(&self) -> &[Observation] {
+        &self.observations
+    }
+
+    /// Adds one measurement; refuses what is not finite and covariances that are not positive.
+    pub fn add(&mut self, observation: Observation) -> Result<()> {
+        let index = self.observations.len();
+        let finite = |values: &[f64], name| {
+            if values.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(Error::NotFinite { name, index }) }
+        };
+        let positive2 = |c: &Matrix2<f64>| c.m11 > 0.0 && c.determinant() > 0.0 && c.m12 == c.m21;
+        let bad = |what: &'static str| Error::invalid(what, format!("of point {index} is not positive definite"));
+        finite(observation.pixel().as_slice(), "uv")?;
+        match &observation {
+            Observation::Point { world, world_covariance, pixel_covariance, .. } => {
+                finite(world.as_slice(), "xyz")?;
+                if let Some(c) = world_covariance {
+                    finite(c.as_slice(), "xyz covariance")?;
+                    // Semi-definite is fine: a shot's covariance has rank one.
+                    let least = (c + c.transpose()).symmetric_eigenvalues().min() * 0.5;
+                    if least < -1e-9 * c.amax() {
+                        return Err(bad("xyz covariance"));
+                    }
+                }
+                if let Some(c) = pixel_covariance {
+                    finite(c.as_slice(), "uv covariance")?;
+                    if !positive2(c) {
+                        return Err(bad("uv covariance"));
+                    }
+                }
+            }
+            Observation::Shot { shot, pixel_covariance, .. } => {
+                finite(shot.origin.as_slice(), "shot origin")?;
+                finite(shot.direction.as_slice(), "shot direction")?;
+                finite(&[shot.rho, shot.variance], "shot inverse depth")?;
+                finite(pixel_covariance.as_slice(), "uv covariance")?;
+                if shot.variance <= 0.0 || !positive2(pixel_covariance) {
+                    return Err(bad("covariance"));
+                }
+                if shot.direction.norm_squared() == 0.0 {
+                    return Err(Error::invalid("shot direction", format!("of point {index} is zero")));
+                }
+            }
+        }
+        self.observations.push(observation);
+        Ok(())
+    }
+
+    /// Adds exact 3D points (metres) with their pixels.
+    pub fn add_points(&mut self, world: &[Vector3<f64>], pixels: &[Vector2<f64>]) -> Result<()> {
+        if world.len() != pixels.len() {
+            return Err(Error::invalid("uv", format!("{} pixels for {} points", pixels.len(), world.len())));
+        }
+        let before = self.observations.len();
+        for (world, pixel) in world.iter().zip(pixels) {
+            let point =
+                Observation::Point { world: *world, world_covariance: None, pixel: *pixel, pixel_covariance: None };
+            if let Err(e) = self.add(point) {
+                // All or nothing.
+                self.observations.truncate(before);
+                return Err(e);
+            }
+        }
+        Ok(())
+    }
+}

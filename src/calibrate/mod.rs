@@ -1,0 +1,90 @@
+//! Calibration of a fixed camera from 2D-3D sets.
+
+pub mod correspondences;
+
+pub use correspondences::{Correspondences, Observation};
+
+use nalgebra::{DMatrix, Vector2};
+
+use crate::control::Cancel;
+use crate::error::{Error, Result};
+use crate::geometry::{Camera, Intrinsics};
+
+/// Which lens model is fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(u32)]
+pub enum DistortionModel {
+    #[default]
+    None = 0,
+    /// k1 only.
+    Radial1 = 1,
+    /// k1, k2.
+    Radial2 = 2,
+    /// k1, k2, p1, p2, k3.
+    BrownConrady = 3,
+    Division = 4,
+}
+
+/// How a camera is calibrated. [`Default`] is right for laser shots and measured points.
+#[derive(Debug, Clone)]
+pub struct CalibrationOptions {
+    pub distortion: DistortionModel,
+    /// Keep these intrinsics and only find the pose.
+    pub fixed_intrinsics: Option<Intrinsics>,
+    /// Prior standard deviation of skew / f about 0; 0 forces it to 0.
+    pub skew_sigma: f64,
+    /// Prior standard deviation of fx / fy about 1; 0 forces 1, infinity frees it.
+    pub aspect_sigma: f64,
+    /// Find and set aside gross outliers.
+    pub robust: bool,
+    /// Noise of image points without a covariance of their own, px; `None`: estimated from residuals.
+    pub pixel_sigma: Option<f64>,
+    /// Refuse when the focal length's relative standard deviation exceeds this.
+    pub max_focal_deviation: f64,
+    /// Seed of the minimal-sample consensus.
+    pub seed: u64,
+    pub max_iterations: usize,
+    pub cancel: Cancel,
+}
+
+impl Default for CalibrationOptions {
+    fn default() -> Self {
+        Self {
+            distortion: DistortionModel::None,
+            fixed_intrinsics: None,
+            skew_sigma: 0.0,
+            aspect_sigma: 1e-3,
+            robust: true,
+            pixel_sigma: None,
+            max_focal_deviation: 0.1,
+            seed: 1,
+            max_iterations: 100,
+            cancel: Cancel::new(),
+        }
+    }
+}
+
+/// A calibrated camera with all that says how good it is.
+#[derive(Debug, Clone)]
+pub struct Calibration {
+    pub camera: Camera,
+    /// Covariance of fx fy skew cx cy, the distortion's coefficients, the rotation vector w
+    /// (R <- exp([w]x) R, radians, camera axes) and the camera's centre in the world (metres).
+    /// Rows of parameters that were not free are zero.
+    pub covariance: DMatrix<f64>,
+    /// Measured minus predicted pixel of each observation, px (NaN-free; outliers included).
+    pub residuals: Vec<Vector2<f64>>,
+    pub inliers: Vec<bool>,
+    /// Root mean square length of the inliers' residuals, px.
+    pub rms: f64,
+    /// Estimated noise over assumed noise (1 when the covariances were right).
+    pub noise_factor: f64,
+    /// Condition number of the normal equations at unit diagonal.
+    pub condition: f64,
+    pub iterations: usize,
+}
+
+/// Calibrates one camera.
+pub fn calibrate_camera(_set: &Correspondences, _options: &CalibrationOptions) -> Result<Calibration> {
+    Err(Error::Unsupported { what: "calibration".into() })
+}

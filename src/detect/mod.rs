@@ -1,0 +1,3 @@
+//! Finding things in images: the laser's spot.
+
+pub mod spot;

@@ -1,0 +1,227 @@
+//! One error type for the whole crate. Each variant carries the offending value, knows its stable
+//! [`Status`] (the C API's return code), and, where there is one, the index of the offending point,
+//! view or sample and a hint that tells the user what to do.
+
+/// Stable status codes. Pinned for ever: a code is never reused or renumbered (COMPATIBILITY.md).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[repr(i32)]
+#[non_exhaustive]
+pub enum Status {
+    Ok = 0,
+    // Arguments.
+    InvalidArgument = -1,
+    NullPointer = -2,
+    NotFinite = -3,
+    BufferTooSmall = -4,
+    Unsupported = -5,
+    Busy = -6,
+    BadState = -7,
+    // Data and geometry.
+    TooFewPoints = -100,
+    Degenerate = -101,
+    NoConvergence = -102,
+    NoConsensus = -103,
+    LensNotMonotone = -104,
+    BehindCamera = -105,
+    Unreachable = -106,
+    // Detection.
+    NotFound = -200,
+    Ambiguous = -201,
+    // Devices.
+    Device = -300,
+    DeviceLost = -301,
+    DeviceTimeout = -302,
+    LaserRefused = -303,
+    // Files.
+    FileIo = -400,
+    FileFormat = -401,
+    FileVersion = -402,
+    FileMismatch = -403,
+    // Control.
+    Cancelled = -500,
+    // Ours to mend.
+    Internal = -900,
+    Panic = -901,
+}
+
+/// Why a point set cannot determine what was asked of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Degeneracy {
+    /// All points are (nearly) the same point.
+    Coincident,
+    /// All points lie on one line.
+    Collinear,
+    /// All points lie in one plane.
+    Coplanar,
+    /// Not a plane, but too little relief for the noise: focal length and distance trade off.
+    NoRelief,
+    /// The image points cover too little of the image, or coincide.
+    ImageCollapsed,
+    /// The edges (or planes) are parallel: a translation or rotation is unobservable.
+    Parallel,
+    /// Other near-singular geometry, such as points on a twisted cubic through the centre.
+    IllConditioned,
+}
+
+impl Degeneracy {
+    /// What the user can do about it.
+    pub fn hint(self) -> &'static str {
+        match self {
+            Self::Coincident => "the points coincide: spread them over the scene",
+            Self::Collinear => "the points lie on one line: add points off that line, in two other directions",
+            Self::Coplanar => {
+                "the points lie in one plane: add points in front of or behind it, at a tenth of the distance or more"
+            }
+            Self::NoRelief => {
+                "the points have too little relief for their noise: add points at other depths, or fix the intrinsics"
+            }
+            Self::ImageCollapsed => "the image points cover too little of the image: spread them over the image",
+            Self::Parallel => "the edges are (nearly) parallel: add an edge in another direction",
+            Self::IllConditioned => "the geometry is nearly singular: add points at other depths and directions",
+        }
+    }
+}
+
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    #[error("{name}: {reason}")]
+    InvalidArgument { name: &'static str, reason: String },
+    #[error("{name} is NULL")]
+    NullPointer { name: &'static str },
+    #[error("{name}[{index}] is NaN or infinite")]
+    NotFinite { name: &'static str, index: usize },
+    #[error("the buffer holds {capacity}, {needed} are needed")]
+    BufferTooSmall { needed: usize, capacity: usize },
+    #[error("not supported: {what}")]
+    Unsupported { what: String },
+    #[error("{what} is in use by another call")]
+    Busy { what: &'static str },
+    #[error("{reason}")]
+    BadState { reason: String },
+
+    #[error("{given} usable points, at least {needed} are needed")]
+    TooFewPoints { given: usize, needed: usize },
+    #[error("degenerate geometry ({kind:?}): {detail}")]
+    Degenerate { kind: Degeneracy, detail: String },
+    #[error("no convergence after {iterations} iterations: {detail}")]
+    NoConvergence { iterations: usize, detail: String },
+    #[error("no consensus: only {inliers} of {total} points agree with the best model")]
+    NoConsensus { inliers: usize, total: usize },
+    #[error("the fitted lens folds back inside the image, at {radius_px:.1} px from the principal point")]
+    LensNotMonotone { radius_px: f64 },
+    #[error("point {index} is behind the camera")]
+    BehindCamera { index: usize },
+    #[error("out of reach: {reason}")]
+    Unreachable { reason: String },
+
+    #[error("not found: {reason}")]
+    NotFound { reason: String },
+    #[error("ambiguous: {reason}")]
+    Ambiguous { reason: String },
+
+    #[error("device: {reason}")]
+    Device { reason: String },
+    #[error("device lost: {reason}")]
+    DeviceLost { reason: String },
+    #[error("no answer from the {what} within {seconds} s")]
+    DeviceTimeout { what: &'static str, seconds: f64 },
+    #[error("the laser stays off: {reason}")]
+    LaserRefused { reason: String },
+
+    #[error("{path}: {reason}")]
+    FileIo { path: String, reason: String },
+    #[error("{path}: {reason}")]
+    FileFormat { path: String, reason: String },
+    #[error("{path}: version {found}, this library reads version {supported}")]
+    FileVersion { path: String, found: u32, supported: u32 },
+    #[error("{path}: {reason}")]
+    FileMismatch { path: String, reason: String },
+
+    #[error("cancelled")]
+    Cancelled,
+    #[error("internal error: {reason}")]
+    Internal { reason: String },
+    #[error("a panic was caught: {reason}")]
+    Panic { reason: String },
+}
+
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    pub fn invalid(name: &'static str, reason: impl Into<String>) -> Self {
+        Self::InvalidArgument { name, reason: reason.into() }
+    }
+
+    pub fn degenerate(kind: Degeneracy, detail: impl Into<String>) -> Self {
+        Self::Degenerate { kind, detail: detail.into() }
+    }
+
+    pub fn status(&self) -> Status {
+        match self {
+            Self::InvalidArgument { .. } => Status::InvalidArgument,
+            Self::NullPointer { .. } => Status::NullPointer,
+            Self::NotFinite { .. } => Status::NotFinite,
+            Self::BufferTooSmall { .. } => Status::BufferTooSmall,
+            Self::Unsupported { .. } => Status::Unsupported,
+            Self::Busy { .. } => Status::Busy,
+            Self::BadState { .. } => Status::BadState,
+            Self::TooFewPoints { .. } => Status::TooFewPoints,
+            Self::Degenerate { .. } => Status::Degenerate,
+            Self::NoConvergence { .. } => Status::NoConvergence,
+            Self::NoConsensus { .. } => Status::NoConsensus,
+            Self::LensNotMonotone { .. } => Status::LensNotMonotone,
+            Self::BehindCamera { .. } => Status::BehindCamera,
+            Self::Unreachable { .. } => Status::Unreachable,
+            Self::NotFound { .. } => Status::NotFound,
+            Self::Ambiguous { .. } => Status::Ambiguous,
+            Self::Device { .. } => Status::Device,
+            Self::DeviceLost { .. } => Status::DeviceLost,
+            Self::DeviceTimeout { .. } => Status::DeviceTimeout,
+            Self::LaserRefused { .. } => Status::LaserRefused,
+            Self::FileIo { .. } => Status::FileIo,
+            Self::FileFormat { .. } => Status::FileFormat,
+            Self::FileVersion { .. } => Status::FileVersion,
+            Self::FileMismatch { .. } => Status::FileMismatch,
+            Self::Cancelled => Status::Cancelled,
+            Self::Internal { .. } => Status::Internal,
+            Self::Panic { .. } => Status::Panic,
+        }
+    }
+
+    /// Which point, view or sample is at fault, where one is.
+    pub fn index(&self) -> Option<usize> {
+        match self {
+            Self::NotFinite { index, .. } | Self::BehindCamera { index } => Some(*index),
+            _ => None,
+        }
+    }
+
+    /// What the user can do about it, where there is something to say.
+    pub fn hint(&self) -> Option<&'static str> {
+        match self {
+            Self::Degenerate { kind, .. } => Some(kind.hint()),
+            Self::TooFewPoints { .. } => Some("add points spread over the image and over depth"),
+            Self::NoConvergence { .. } => {
+                Some("check the units (metres, pixels) and that 2D and 3D points are paired in the same order")
+            }
+            Self::NoConsensus { .. } => Some(
+                "more than half of the points disagree: check the pairing of 2D and 3D points, or raise the threshold",
+            ),
+            Self::LensNotMonotone { .. } => {
+                Some("add points towards the image's corners, or use a distortion model with fewer coefficients")
+            }
+            Self::BufferTooSmall { .. } => Some("call again with a buffer of the needed size"),
+            Self::Busy { .. } => Some("wait for the other call, or use a handle of your own for each thread"),
+            Self::NotFound { .. } => Some("check exposure, the laser's power and the region of interest"),
+            Self::Ambiguous { .. } => Some("give an off frame, a region of interest or the epipolar line"),
+            Self::DeviceLost { .. } => {
+                Some("check cable and power, then open the rig again; a journalled scan resumes")
+            }
+            Self::LaserRefused { .. } => Some("release the emergency stop and make sure that the head stands still"),
+            Self::FileVersion { .. } | Self::FileMismatch { .. } => Some("use another path, or remove the old file"),
+            _ => None,
+        }
+    }
+}

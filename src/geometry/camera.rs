@@ -1,0 +1,328 @@
+//! The pinhole camera with skew and lens distortion: projection, back-projection, derivatives.
+
+use nalgebra::{Matrix2x3, Matrix3, Matrix3x4, SMatrix, Vector2, Vector3};
+
+use super::distortion::{Distortion, MAX_COEFFICIENTS};
+use super::line::Ray;
+use super::rigid::{Rigid, skew};
+use crate::error::{Error, Result};
+
+/// Focal lengths, skew (K[0][1]) and principal point, in pixels; pixel (0, 0) is the centre of the
+/// top-left pixel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Intrinsics {
+    pub fx: f64,
+    pub fy: f64,
+    pub skew: f64,
+    pub cx: f64,
+    pub cy: f64,
+}
+
+impl Intrinsics {
+    pub const COUNT: usize = 5;
+
+    /// Square pixels, no skew.
+    pub fn new(f: f64, cx: f64, cy: f64) -> Self {
+        Self { fx: f, fy: f, skew: 0.0, cx, cy }
+    }
+
+    pub fn matrix(&self) -> Matrix3<f64> {
+        Matrix3::new(self.fx, self.skew, self.cx, 0.0, self.fy, self.cy, 0.0, 0.0, 1.0)
+    }
+
+    /// Normalised plane to pixels.
+    pub fn to_pixel(&self, p: &Vector2<f64>) -> Vector2<f64> {
+        Vector2::new(self.fx * p.x + self.skew * p.y + self.cx, self.fy * p.y + self.cy)
+    }
+
+    /// Pixels to normalised plane.
+    pub fn to_normalised(&self, pixel: &Vector2<f64>) -> Vector2<f64> {
+        let y = (pixel.y - self.cy) / self.fy;
+        Vector2::new((pixel.x - self.cx - self.skew * y) / self.fx, y)
+    }
+
+    pub fn to_array(&self) -> [f64; 5] {
+        [self.fx, self.fy, self.skew, self.cx, self.cy]
+    }
+
+    pub fn from_array(a: [f64; 5]) -> Self {
+        Self { fx: a[0], fy: a[1], skew: a[2], cx: a[3], cy: a[4] }
+    }
+}
+
+/// A calibrated camera.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Camera {
+    /// Image size in pixels.
+    pub width: u32,
+    pub height: u32,
+    pub intrinsics: Intrinsics,
+    pub distortion: Distortion,
+    /// World to camera.
+    pub pose: Rigid,
+}
+
+/// Derivatives of a projected pixel.
+pub struct Projection {
+    pub pixel: Vector2<f64>,
+    /// By fx, fy, skew, cx, cy.
+    pub by_intrinsics: SMatrix<f64, 2, 5>,
+    /// By the distortion's coefficients, in their order; the columns past their number are zero.
+    pub by_distortion: SMatrix<f64, 2, MAX_COEFFICIENTS>,
+    /// By w in R <- exp([w]x) R, a small turn about the camera's own axes (centre kept).
+    pub by_rotation: Matrix2x3<f64>,
+    /// By the camera's centre in the world frame.
+    pub by_centre: Matrix2x3<f64>,
+    /// By the world point.
+    pub by_point: Matrix2x3<f64>,
+}
+
+/// Nearest depth that still projects: below it the image position means nothing.
+const MIN_DEPTH: f64 = 1e-9;
+
+impl Camera {
+    /// Checks sizes, finiteness, positive focal lengths and that the pose is a rotation.
+    pub fn validate(&self) -> Result<()> {
+        let k = &self.intrinsics;
+        if self.width == 0 || self.height == 0 || self.width > 1 << 16 || self.height > 1 << 16 {
+            return Err(Error::invalid("camera", format!("image size {} x {}", self.width, self.height)));
+        }
+        if let Some(index) = k.to_array().iter().position(|v| !v.is_finite()) {
+            return Err(Error::NotFinite { name: "intrinsics", index });
+        }
+        if k.fx <= 0.0 || k.fy <= 0.0 {
+            return Err(Error::invalid("intrinsics", format!("focal length {} x {} is not positive", k.fx, k.fy)));
+        }
+        if let Some(index) = self.distortion.coefficients().iter().position(|v| !v.is_finite()) {
+            return Err(Error::NotFinite { name: "distortion", index });
+        }
+        if !self.pose.is_finite() {
+            return Err(Error::NotFinite { name: "pose", index: 0 });
+        }
+        let defect = super::rigid::rotation_defect(&self.pose.rotation);
+        if defect > 1e-6 {
+            return Err(Error::invalid("pose", format!("not a rotation: R R^T - I has an entry of {defect:.2e}")));
+        }
+        Ok(())
+    }
+
+    /// Camera centre in the world frame, -R^T t.
+    pub fn centre(&self) -> Vector3<f64> {
+        self.pose.centre()
+    }
+
+    /// The 3x4 matrix K [R | t] of eq. (1); lens distortion is not in it.
+    pub fn projection_matrix(&self) -> Matrix3x4<f64> {
+        let k = self.intrinsics.matrix();
+        let mut p = Matrix3x4::zeros();
+        p.fixed_view_mut::<3, 3>(0, 0).copy_from(&(k * self.pose.rotation));
+        p.set_column(3, &(k * self.pose.translation));
+        p
+    }
+
+    /// Pixel of a world point; `None` behind the camera or outside the lens model.
+    pub fn project(&self, world: &Vector3<f64>) -> Option<Vector2<f64>> {
+        self.project_camera_point(&self.pose.apply(world))
+    }
+
+    /// Pixel of a point in the camera frame.
+    pub fn project_camera_point(&self, x: &Vector3<f64>) -> Option<Vector2<f64>> {
+        if x.z.is_nan() || x.z <= MIN_DEPTH {
+            return None;
+        }
+        let pixel = self.intrinsics.to_pixel(&self.distortion.distort(x.xy() / x.z)?);
+        (pixel.x.is_finite() && pixel.y.is_finite()).then_some(pixel)
+    }
+
+    /// Like [`project`](Self::project), with derivatives by everything.
+    pub fn project_with_jacobian(&self, world: &Vector3<f64>) -> Option<Projection> {
+        let x = self.pose.apply(world);
+        if x.z.is_nan() || x.z <= MIN_DEPTH {
+            return None;
+        }
+        let iz = 1.0 / x.z;
+        let d = self.distortion.distort_with_jacobian(x.xy() * iz)?;
+        let k = &self.intrinsics;
+        let k2 = nalgebra::Matrix2::new(k.fx, k.skew, 0.0, k.fy);
+        let by_ideal = k2 * d.by_point;
+        let ideal_by_x = Matrix2x3::new(iz, 0.0, -x.x * iz * iz, 0.0, iz, -x.y * iz * iz);
+        let by_x = by_ideal * ideal_by_x;
+        let mut by_distortion = SMatrix::<f64, 2, MAX_COEFFICIENTS>::zeros();
+        for (i, column) in d.by_coefficient.iter().enumerate() {
+            by_distortion.set_column(i, &(k2 * column));
+        }
+        let (u, v) = (d.point.x, d.point.y);
+        let by_point = by_x * self.pose.rotation;
+        Some(Projection {
+            pixel: k.to_pixel(&d.point),
+            by_intrinsics: SMatrix::<f64, 2, 5>::new(u, 0.0, v, 1.0, 0.0, 0.0, v, 0.0, 0.0, 1.0),
+            by_distortion,
+            by_rotation: -(by_x * skew(&x)),
+            by_centre: -by_point,
+            by_point,
+        })
+    }
+
+    /// Ideal (undistorted) position on the normalised plane of a pixel.
+    pub fn undistort_pixel(&self, pixel: &Vector2<f64>) -> Option<Vector2<f64>> {
+        let p = self.distortion.undistort(self.intrinsics.to_normalised(pixel))?;
+        (p.x.is_finite() && p.y.is_finite()).then_some(p)
+    }
+
+    /// The ray through a pixel, in the world frame, from the camera's centre.
+    pub fn back_project(&self, pixel: &Vector2<f64>) -> Option<Ray> {
+        let p = self.undistort_pixel(pixel)?;
+        let direction = self.pose.rotation.transpose() * Vector3::new(p.x, p.y, 1.0);
+        Some(Ray { origin: self.centre(), direction: direction.normalize() })
+    }
+
+    /// Is the pixel inside the image (its border included)?
+    pub fn contains(&self, pixel: &Vector2<f64>) -> bool {
+        pixel.x >= -0.5 && pixel.y >= -0.5 && pixel.x <= self.width as f64 - 0.5 && pixel.y <= self.height as f64 - 0.5
+    }
+
+    /// Refuses a lens that folds back inside the image: every pixel on the border must have its
+    /// ideal point on the monotone part of the lens, with a positive Jacobian there.
+    pub fn check_lens(&self) -> Result<()> {
+        let (w, h) = (self.width as f64 - 1.0, self.height as f64 - 1.0);
+        const STEPS: usize = 16;
+        for i in 0..=STEPS {
+            let s = i as f64 / STEPS as f64;
+            for pixel in
+                [Vector2::new(s * w, 0.0), Vector2::new(s * w, h), Vector2::new(0.0, s * h), Vector2::new(w, s * h)]
+            {
+                let ok = self.undistort_pixel(&pixel).is_some_and(|p| {
+                    p.norm() <= self.distortion.monotone_radius()
+                        && self
+                            .distortion
+                            .distort_with_jacobian(p)
+                            .is_some_and(|d| d.by_point.determinant() > 0.0 && d.by_point.trace() > 0.0)
+                });
+                if !ok {
+                    let centre = Vector2::new(self.intrinsics.cx, self.intrinsics.cy);
+                    return Err(Error::LensNotMonotone { radius_px: (pixel - centre).norm() });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::rigid::exp;
+
+    fn camera(distortion: Distortion) -> Camera {
+        Camera {
+            width: 800,
+            height: 600,
+            intrinsics: Intrinsics { fx: 845.19, fy: 844.56, skew: 0.7, cx: 427.76, cy: 285.53 },
+            distortion,
+            pose: Rigid { rotation: exp(&Vector3::new(0.05, -0.2, 0.1)), translation: Vector3::new(0.1, -0.05, 0.3) },
+        }
+    }
+
+    fn lenses() -> [Distortion; 3] {
+        [Distortion::None, Distortion::BrownConrady([-0.28, 0.09, 0.001, -0.002, 0.01]), Distortion::Division(-0.2)]
+    }
+
+    #[test]
+    fn derivatives_match_finite_differences() {
+        let x = Vector3::new(0.4, -0.3, 2.5);
+        for lens in lenses() {
+            let camera = camera(lens);
+            let p = camera.project_with_jacobian(&x).unwrap();
+            assert!((p.pixel - camera.project(&x).unwrap()).norm() < 1e-12);
+            let h = 1e-6;
+            let check = |name: &str, analytic: Vector2<f64>, f: &dyn Fn(f64) -> Camera, dx: Vector3<f64>| {
+                let plus = f(h).project(&(x + dx * h)).unwrap();
+                let minus = f(-h).project(&(x - dx * h)).unwrap();
+                let numeric = (plus - minus) / (2.0 * h);
+                assert!((analytic - numeric).norm() < 1e-5 * (1.0 + numeric.norm()), "{name}: {analytic} {numeric}");
+            };
+            for i in 0..5 {
+                let step = |s: f64| {
+                    let mut a = camera.intrinsics.to_array();
+                    a[i] += s;
+                    Camera { intrinsics: Intrinsics::from_array(a), ..camera }
+                };
+                check("intrinsics", p.by_intrinsics.column(i).into(), &step, Vector3::zeros());
+            }
+            for i in 0..lens.coefficients().len() {
+                let step = |s: f64| {
+                    let mut c = camera;
+                    c.distortion.coefficients_mut()[i] += s;
+                    c
+                };
+                check("distortion", p.by_distortion.column(i).into(), &step, Vector3::zeros());
+            }
+            for i in 0..3 {
+                let e = Vector3::ith(i, 1.0);
+                let turn = |s: f64| {
+                    let pose = Rigid::from_centre(exp(&(e * s)) * camera.pose.rotation, &camera.centre());
+                    Camera { pose, ..camera }
+                };
+                check("rotation", p.by_rotation.column(i).into(), &turn, Vector3::zeros());
+                let shift = |s: f64| {
+                    let pose = Rigid::from_centre(camera.pose.rotation, &(camera.centre() + e * s));
+                    Camera { pose, ..camera }
+                };
+                check("centre", p.by_centre.column(i).into(), &shift, Vector3::zeros());
+                check("point", p.by_point.column(i).into(), &|_| camera, e);
+            }
+        }
+    }
+
+    #[test]
+    fn back_projection_inverts_projection() {
+        for lens in lenses() {
+            let camera = camera(lens);
+            for pixel in [Vector2::new(0.0, 0.0), Vector2::new(799.0, 599.0), Vector2::new(312.5, 77.25)] {
+                let ray = camera.back_project(&pixel).unwrap();
+                let again = camera.project(&ray.at(3.0)).unwrap();
+                assert!((again - pixel).norm() < 1e-8, "{lens:?} {again}");
+            }
+        }
+    }
+
+    #[test]
+    fn projection_matrix_agrees_with_project() {
+        let camera = camera(Distortion::None);
+        let x = Vector3::new(0.4, -0.3, 2.5);
+        let h = camera.projection_matrix() * x.push(1.0);
+        assert!((h.xy() / h.z - camera.project(&x).unwrap()).norm() < 1e-10);
+    }
+
+    #[test]
+    fn behind_the_camera_has_no_image() {
+        let camera = camera(Distortion::None);
+        let behind = camera.pose.inverse().apply(&Vector3::new(0.0, 0.0, -1.0));
+        assert!(camera.project(&behind).is_none());
+        assert!(camera.project(&camera.centre()).is_none());
+        assert!(camera.project(&Vector3::new(f64::NAN, 0.0, 1.0)).is_none());
+    }
+
+    #[test]
+    fn a_lens_that_folds_inside_the_image_is_refused() {
+        assert!(camera(Distortion::BrownConrady([-0.28, 0.09, 0.0, 0.0, 0.0])).check_lens().is_ok());
+        // Folds at r = sqrt(1 / 1.8) = 0.745; the far corner is at 0.66 distorted, the fold at 0.497.
+        let e = camera(Distortion::BrownConrady([-0.6, 0.0, 0.0, 0.0, 0.0])).check_lens().unwrap_err();
+        assert!(matches!(e, Error::LensNotMonotone { .. }));
+        assert!(camera(Distortion::Division(-0.2)).check_lens().is_ok());
+        assert!(camera(Distortion::Division(-6.0)).check_lens().is_err());
+    }
+
+    #[test]
+    fn validate_names_the_fault() {
+        let mut c = camera(Distortion::None);
+        c.intrinsics.fx = -1.0;
+        assert!(matches!(c.validate(), Err(Error::InvalidArgument { name: "intrinsics", .. })));
+        let mut c = camera(Distortion::None);
+        c.pose.rotation *= 1.1;
+        assert!(matches!(c.validate(), Err(Error::InvalidArgument { name: "pose", .. })));
+        let mut c = camera(Distortion::BrownConrady([0.0; 5]));
+        c.distortion.coefficients_mut()[3] = f64::NAN;
+        assert_eq!(c.validate(), Err(Error::NotFinite { name: "distortion", index: 3 }));
+    }
+}

@@ -1,0 +1,74 @@
+//! Plane-to-plane homographies: eqs (8)-(9) of the thesis with Hartley's normalisation.
+
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+use super::linalg::{Normalisation2, right_singular};
+use crate::error::{Degeneracy, Error, Result};
+
+/// The homography with `to` ~ H `from`, scaled to |H| = 1 and positive at the first point. At least
+/// 4 pairs, no three of four on a line; all pairs are used, equally weighted (normalised DLT).
+pub fn estimate(from: &[Vector2<f64>], to: &[Vector2<f64>]) -> Result<Matrix3<f64>> {
+    if from.len() != to.len() {
+        return Err(Error::invalid("to", format!("{} points for {} in `from`", to.len(), from.len())));
+    }
+    if from.len() < 4 {
+        return Err(Error::TooFewPoints { given: from.len(), needed: 4 });
+    }
+    for (name, points) in [("from", from), ("to", to)] {
+        if let Some(index) = points.iter().position(|p| !(p.x.is_finite() && p.y.is_finite())) {
+            return Err(Error::NotFinite { name, index });
+        }
+    }
+    let degenerate = || Error::degenerate(Degeneracy::Collinear, "the points do not span a plane");
+    let nf = Normalisation2::of(from).ok_or_else(degenerate)?;
+    let nt = Normalisation2::of(to).ok_or_else(degenerate)?;
+    let mut rows: Vec<[f64; 9]> = Vec::with_capacity(2 * from.len());
+    for (p, q) in from.iter().zip(to) {
+        let (p, q) = (nf.apply(p), nt.apply(q));
+        rows.push([p.x, p.y, 1.0, 0.0, 0.0, 0.0, -q.x * p.x, -q.x * p.y, -q.x]);
+        rows.push([0.0, 0.0, 0.0, p.x, p.y, 1.0, -q.y * p.x, -q.y * p.y, -q.y]);
+    }
+    let svd = right_singular(&rows);
+    // The null space must be one-dimensional: with three points on a line it is not.
+    if svd.values[7] <= 1e-9 * svd.values[0] {
+        return Err(degenerate());
+    }
+    let h = Matrix3::from_row_slice(&svd.vectors[8]);
+    let h = nt.inverse_matrix() * h * nf.matrix();
+    let sign = (h * Vector3::new(from[0].x, from[0].y, 1.0)).z.signum();
+    Ok(h * (sign / h.norm()))
+}
+
+/// Maps a point; `None` when it goes to infinity.
+pub fn apply(h: &Matrix3<f64>, p: &Vector2<f64>) -> Option<Vector2<f64>> {
+    let q = h * Vector3::new(p.x, p.y, 1.0);
+    let r = q.xy() / q.z;
+    (q.z.abs() > 1e-300 && r.x.is_finite() && r.y.is_finite()).then_some(r)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn recovers_a_homography_exactly() {
+        let truth = Matrix3::new(0.9, 0.1, 20.0, -0.05, 1.1, -7.0, 1e-4, -3e-4, 1.0);
+        let from: Vec<_> = (0..12).map(|i| Vector2::new((i % 4) as f64 * 100.0, (i / 4) as f64 * 80.0)).collect();
+        let to: Vec<_> = from.iter().map(|p| apply(&truth, p).unwrap()).collect();
+        let h = estimate(&from, &to).unwrap();
+        assert!((h / h.m33 - truth).amax() < 1e-9);
+        assert!((estimate(&from[..4], &to[..4])).is_err(), "four points on one line");
+    }
+
+    #[test]
+    fn refuses_bad_input() {
+        let p = [Vector2::new(0.0, 0.0), Vector2::new(1.0, 0.0), Vector2::new(1.0, 1.0), Vector2::new(0.0, 1.0)];
+        assert!(estimate(&p, &p).is_ok());
+        assert!(matches!(estimate(&p[..3], &p[..3]), Err(Error::TooFewPoints { .. })));
+        assert!(estimate(&p, &p[..3]).is_err());
+        assert!(matches!(estimate(&[p[0]; 4], &p), Err(Error::Degenerate { .. })));
+        let mut nan = p;
+        nan[2].y = f64::NAN;
+        assert_eq!(estimate(&p, &nan), Err(Error::NotFinite { name: "to", index: 2 }));
+    }
+}

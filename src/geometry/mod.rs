@@ -1,0 +1,21 @@
+//! Rotations and rigid transforms, cameras and lenses, lines, planes, homographies: pure maths.
+
+pub mod camera;
+pub mod distortion;
+pub mod homography;
+pub mod inverse_depth;
+pub mod linalg;
+pub mod line;
+pub mod plane;
+pub mod rig_model;
+pub mod rigid;
+
+pub use camera::{Camera, Intrinsics};
+pub use distortion::Distortion;
+pub use inverse_depth::InverseDepthPoint;
+pub use line::{Line3, Ray};
+pub use plane::Plane;
+pub use rig_model::RigModel;
+pub use rigid::Rigid;
+
+pub use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix3x4, Vector2, Vector3};

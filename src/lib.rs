@@ -1,0 +1,28 @@
+//! `ptzcal` turns a pan-tilt-zoom camera with a laser pointer on its moving head into a surveying
+//! instrument, and calibrates the fixed cameras of a surveillance network with it.
+//!
+//! Layers; a file imports only from its own layer or from below:
+//!
+//! ```text
+//! capi                               the C API: translates and checks, computes nothing
+//! rig                                workflows: aim, move, scan
+//! detect  calibrate  pose            algorithms: pure functions of their input
+//! device  sim                        the ports (traits) and what implements them
+//! geometry  image                    foundations: pure data and maths
+//! control  error                     cancel, progress, log; the error type
+//! ```
+//!
+//! Conventions everywhere: metres, radians, seconds, pixels. Camera frame x right, y down,
+//! z forward; pixel (0, 0) is the CENTRE of the top-left pixel; poses are world to camera.
+//! Rig frame = head frame at pan = tilt = 0; positive pan turns right, positive tilt turns up.
+#![deny(unsafe_code)]
+
+pub mod calibrate;
+pub mod control;
+pub mod detect;
+pub mod device;
+pub mod error;
+pub mod geometry;
+pub mod image;
+
+pub use error::{Error, Result};
