@@ -237,3 +237,16 @@ fn mirror(m: &mut Matrix12) {
         }
     }
 }
+
+/// The closed form for a whole set of measurements, taken as free of outliers: P with depths positive.
+///
+/// # Errors
+/// `TooFewPoints`, `Degenerate`.
+pub fn closed_form(set: &super::Correspondences) -> Result<Matrix3x4<f64>> {
+    if set.len() < MIN_POINTS {
+        return Err(Error::TooFewPoints { given: set.len(), needed: MIN_POINTS });
+    }
+    let measurements: Vec<Measurement> = set.observations().iter().map(|o| Measurement::new(o, 1.0, true)).collect();
+    inverse_depth(&measurements)
+        .ok_or_else(|| Error::degenerate(Degeneracy::IllConditioned, "the points do not determine a projection matrix"))
+}

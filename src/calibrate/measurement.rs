@@ -4,6 +4,7 @@ use nalgebra::{Matrix2, Matrix3x4, SMatrix, Vector2, Vector4};
 
 use super::correspondences::Observation;
 use crate::geometry::Camera;
+use crate::geometry::linalg::symmetric_eigen3;
 
 /// X(rho) = base + rho * slope, rho ~ N(measured, sigma_rho^2), seen at `pixel`.
 #[derive(Debug, Clone, Copy)]
@@ -40,11 +41,10 @@ impl Measurement {
             },
             Observation::Point { world, world_covariance, pixel, pixel_covariance } => {
                 let mut world_root = SMatrix::<f64, 4, 3>::zeros();
-                if let Some(c) = world_covariance {
+                if let Some((values, axes)) = world_covariance.as_ref().and_then(symmetric_eigen3) {
                     // Eigenvectors times root eigenvalues: right for semi-definite matrices too.
-                    let eigen = c.symmetric_eigen();
                     for i in 0..3 {
-                        let column = eigen.eigenvectors.column(i) * eigen.eigenvalues[i].max(0.0).sqrt();
+                        let column = axes[i] * values[i].max(0.0).sqrt();
                         world_root.fixed_view_mut::<3, 1>(0, i).copy_from(&column);
                     }
                 }

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, Vector2};
 use super::consensus::CHI2_MEDIAN;
 use super::measurement::Measurement;
 use super::refine::{ALL, Freedom, Refined, blank_distortion, refine};
-use super::spread;
+use super::spread::{self, Noise};
 use super::start::{Search, Start};
 use super::{Calibration, CalibrationOptions, Correspondences, Observation};
 use crate::error::{Degeneracy, Error, Result};
@@ -39,7 +39,8 @@ pub fn calibrate_camera(set: &Correspondences, options: &CalibrationOptions) -> 
     let sigma = options.pixel_sigma.unwrap_or(ASSUMED_SIGMA);
     let measurements: Vec<Measurement> =
         set.observations().iter().map(|o| Measurement::new(o, sigma, options.pixel_sigma.is_none())).collect();
-    let planar = spread::check(&measurements, options.fixed_lens.is_some(), needed)?;
+    let known = options.fixed_lens.is_some();
+    let planar = spread::check(&measurements, known, needed, Noise::Ignored)?;
     check_image(set, &measurements)?;
 
     let search = Search {
@@ -55,7 +56,7 @@ pub fn calibrate_camera(set: &Correspondences, options: &CalibrationOptions) -> 
     };
     let fitter = Fitter { measurements: &measurements, freedom: &freedom, options, needed };
     let mut fitted = start.and_then(|s| fitter.run(s));
-    if options.fixed_lens.is_none() && fitted.as_ref().map_or_else(is_geometry, |f| !plausible(&f.refined.camera)) {
+    if !known && fitted.as_ref().map_or_else(is_geometry, |f| !plausible(&f.refined.camera)) {
         for guess in search.guesses(&measurements) {
             let other = fitter.run(guess);
             if let Ok(other) = other
@@ -65,10 +66,13 @@ pub fn calibrate_camera(set: &Correspondences, options: &CalibrationOptions) -> 
             }
         }
     }
-    let fitted = fitted?;
+    let fitted = fitted.map_err(|e| {
+        // A fit that fails on points without relief fails because of that.
+        if is_geometry(&e) { spread::check(&measurements, known, needed, Noise::Counted).err().unwrap_or(e) } else { e }
+    })?;
     let inliers: Vec<Measurement> = select(&measurements, &fitted.inliers);
     // Again without the outliers, which can lend relief to a plane.
-    spread::check(&inliers, options.fixed_lens.is_some(), needed)?;
+    spread::check(&inliers, known, needed, Noise::Counted)?;
     verdict(set, &measurements, options, fitted)
 }
 

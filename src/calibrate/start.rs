@@ -8,6 +8,7 @@ use super::dlt;
 use super::measurement::Measurement;
 use crate::control::Cancel;
 use crate::error::{Degeneracy, Error, Result};
+use crate::geometry::linalg::symmetric_eigen3;
 use crate::geometry::rigid::nearest_rotation;
 use crate::geometry::{Camera, Distortion, Intrinsics, Rigid, homography};
 
@@ -114,9 +115,7 @@ fn pose_from_plane(measurements: &[Measurement]) -> Option<Matrix3x4<f64>> {
     }
     let centre = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
     let scatter = points.iter().map(|x| (x - centre) * (x - centre).transpose()).sum::<Matrix3<f64>>();
-    let eigen = scatter.symmetric_eigen();
-    let normal: Vector3<f64> = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into();
-    let e1: Vector3<f64> = eigen.eigenvectors.column(eigen.eigenvalues.imax()).into();
+    let (_, [e1, _, normal]) = symmetric_eigen3(&scatter)?;
     let e2 = normal.cross(&e1);
     let flat: Vec<Vector2<f64>> =
         points.iter().map(|x| Vector2::new(e1.dot(&(x - centre)), e2.dot(&(x - centre)))).collect();
