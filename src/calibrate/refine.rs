@@ -96,8 +96,15 @@ struct System {
     /// Data and priors.
     cost: f64,
     chi2: f64,
-    /// Per shot: B, hq, gq of the eliminated inverse depth.
-    depths: Vec<(DVector<f64>, f64, f64)>,
+    /// Of the eliminated inverse depths, in the order of the shots.
+    depths: Vec<Depth>,
+}
+
+/// One eliminated inverse depth: its information, gradient, and coupling to the free parameters.
+struct Depth {
+    information: f64,
+    gradient: f64,
+    coupling: Row,
 }
 
 /// Refines `camera` on `measurements`, whose assumed noises are multiplied by `noise_factor`.
@@ -131,8 +138,9 @@ pub(crate) fn refine(
             let mut shots = system.depths.iter();
             for (m, rho) in measurements.iter().zip(&mut next_rhos) {
                 if m.has_depth() {
-                    let (b, hq, gq) = shots.next()?;
-                    *rho += (gq - b.dot(step)) / (hq * (1.0 + damping));
+                    let d = shots.next()?;
+                    let moved: f64 = d.coupling.iter().zip(step.iter()).map(|(b, s)| b * s).sum();
+                    *rho += (d.gradient - moved) / (d.information * (1.0 + damping));
                 }
             }
             let next_system = linearise(measurements, &weights, &next_state, &next_rhos, freedom, focal)?;
@@ -218,9 +226,10 @@ fn linearise(
     focal: f64,
 ) -> Option<System> {
     let n = freedom.count();
-    let mut h = DMatrix::zeros(n, n);
-    let mut g = DVector::zeros(n);
-    let (mut cost, mut depths) = (0.0, Vec::new());
+    let mut h = [[0.0; ALL]; ALL];
+    let mut g = [0.0; ALL];
+    let mut cost = 0.0;
+    let mut depths = Vec::with_capacity(measurements.len());
     let mut j = [[0.0; ALL]; 2];
     for ((m, w), &rho) in measurements.iter().zip(weights).zip(rhos) {
         let x = m.homogeneous(rho);
@@ -229,24 +238,27 @@ fn linearise(
         cost += r.norm_squared();
         let full = full_jacobian(&p);
         for (k, column) in freedom.columns.iter().enumerate() {
-            let raw = combine(&full, column);
-            let white = w * raw;
+            let white = w * combine(&full, column);
             (j[0][k], j[1][k]) = (white.x, white.y);
         }
-        for a in 0..n {
-            g[a] += j[0][a] * r.x + j[1][a] * r.y;
-            for b in a..n {
-                h[(a, b)] += j[0][a] * j[0][b] + j[1][a] * j[1][b];
-            }
+        accumulate(&mut h, &j[0], 1.0, n);
+        accumulate(&mut h, &j[1], 1.0, n);
+        for (a, g) in g.iter_mut().enumerate() {
+            *g += j[0][a] * r.x + j[1][a] * r.y;
         }
         if m.has_depth() {
             let slope = w * (p.by_point * m.slope().xyz() + p.by_weight * m.slope().w);
-            let information = 1.0 / (m.sigma_rho * m.sigma_rho);
+            let stated = 1.0 / (m.sigma_rho * m.sigma_rho);
             let off = m.rho - rho;
-            cost += off * off * information;
-            let hq = slope.norm_squared() + information;
-            let gq = slope.dot(&r) + off * information;
-            depths.push((DVector::from_fn(n, |a, _| slope.x * j[0][a] + slope.y * j[1][a]), hq, gq));
+            cost += off * off * stated;
+            let information = slope.norm_squared() + stated;
+            let gradient = slope.dot(&r) + off * stated;
+            let coupling: Row = std::array::from_fn(|a| slope.x * j[0][a] + slope.y * j[1][a]);
+            accumulate(&mut h, &coupling, -1.0 / information, n);
+            for (g, b) in g.iter_mut().zip(&coupling) {
+                *g -= b * gradient / information;
+            }
+            depths.push(Depth { information, gradient, coupling });
         }
     }
     let chi2 = cost;
@@ -254,25 +266,28 @@ fn linearise(
     for prior in &freedom.priors {
         let value: f64 = prior.iter().zip(&now).map(|(a, b)| a * b).sum::<f64>() / focal;
         cost += value * value;
-        let row: Vec<f64> =
-            freedom.columns.iter().map(|c| c.iter().zip(prior).map(|(a, b)| a * b).sum::<f64>() / focal).collect();
-        for a in 0..n {
-            g[a] -= row[a] * value;
-            for b in a..n {
-                h[(a, b)] += row[a] * row[b];
-            }
+        let mut row = [0.0; ALL];
+        for (r, column) in row.iter_mut().zip(&freedom.columns) {
+            *r = column.iter().zip(prior).map(|(a, b)| a * b).sum::<f64>() / focal;
+        }
+        accumulate(&mut h, &row, 1.0, n);
+        for (g, r) in g.iter_mut().zip(&row) {
+            *g -= r * value;
         }
     }
-    for (b, hq, gq) in &depths {
-        for i in 0..n {
-            g[i] -= b[i] * gq / hq;
-            for k in i..n {
-                h[(i, k)] -= b[i] * b[k] / hq;
-            }
-        }
-    }
-    h.fill_lower_triangle_with_upper_triangle();
+    let h = DMatrix::from_fn(n, n, |a, b| if a <= b { h[a][b] } else { h[b][a] });
+    let g = DVector::from_column_slice(&g[..n]);
     cost.is_finite().then_some(System { h, g, cost, chi2, depths })
+}
+
+/// Adds weight * row^T row to the upper triangle of the first `n` rows.
+fn accumulate(h: &mut [[f64; ALL]; ALL], row: &Row, weight: f64, n: usize) {
+    for (a, h) in h.iter_mut().enumerate().take(n) {
+        let scaled = weight * row[a];
+        for (h, r) in h[a..n].iter_mut().zip(&row[a..n]) {
+            *h += scaled * r;
+        }
+    }
 }
 
 /// d pixel / d each of the sixteen parameters.
