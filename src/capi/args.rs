@@ -24,6 +24,8 @@ unsafe impl Plain for u8 {}
 unsafe impl Plain for u32 {}
 // SAFETY: numbers.
 unsafe impl Plain for f64 {}
+// SAFETY: numbers.
+unsafe impl Plain for usize {}
 // SAFETY: pointers are numbers until they are followed.
 unsafe impl Plain for *const c_void {}
 // SAFETY: an array of plain values is plain.
@@ -95,7 +97,7 @@ pub(super) fn number(value: f64, name: &'static str) -> Result<f64> {
 ///
 /// # Safety
 /// `ptr` is NULL, or readable up to its NUL or for PTZCAL_MAX_STRING + 1 bytes, until `'a` ends.
-pub(super) unsafe fn string<'a>(ptr: *const c_char, name: &'static str) -> Result<&'a str> {
+pub unsafe fn string<'a>(ptr: *const c_char, name: &'static str) -> Result<&'a str> {
     if ptr.is_null() {
         return Err(Error::NullPointer { name });
     }

@@ -21,6 +21,11 @@ use crate::geometry::{Camera, Distortion, Intrinsics, Rigid};
 pub enum ptzcal_distortion_model {
     /// No distortion, no coefficients.
     None = 0,
+    /// The Brown-Conrady model with k1 only. A calibration that fits it returns a BROWN_CONRADY
+    /// camera whose other coefficients are 0.
+    Radial1 = 1,
+    /// The Brown-Conrady model with k1 and k2 only.
+    Radial2 = 2,
     /// Brown-Conrady, the five coefficients k1 k2 p1 p2 k3 with OpenCV's meaning and order:
     /// a = x (1 + k1 r^2 + k2 r^4 + k3 r^6) + 2 p1 x y + p2 (r^2 + 2 x^2),
     /// b = y (1 + k1 r^2 + k2 r^4 + k3 r^6) + p1 (r^2 + 2 y^2) + 2 p2 x y.
@@ -84,20 +89,20 @@ unsafe impl SizedStruct for ptzcal_camera {
 
 /// A lens from its model's number and its coefficients.
 pub(super) fn distortion(model: u32, coefficients: &[f64; 8]) -> Result<Distortion> {
-    let lens = match model {
-        m if m == ptzcal_distortion_model::None as u32 => Distortion::None,
-        m if m == ptzcal_distortion_model::BrownConrady as u32 => {
-            let [k1, k2, p1, p2, k3, ..] = *coefficients;
-            Distortion::BrownConrady([k1, k2, p1, p2, k3])
-        }
-        m if m == ptzcal_distortion_model::Division as u32 => Distortion::Division(coefficients[0]),
+    use ptzcal_distortion_model::{BrownConrady, Division, None, Radial1, Radial2};
+    let [k1, k2, p1, p2, k3, ..] = *coefficients;
+    let (lens, known) = match model {
+        m if m == None as u32 => (Distortion::None, 0),
+        m if m == Radial1 as u32 => (Distortion::BrownConrady([k1, 0.0, 0.0, 0.0, 0.0]), 1),
+        m if m == Radial2 as u32 => (Distortion::BrownConrady([k1, k2, 0.0, 0.0, 0.0]), 2),
+        m if m == BrownConrady as u32 => (Distortion::BrownConrady([k1, k2, p1, p2, k3]), 5),
+        m if m == Division as u32 => (Distortion::Division(k1), 1),
         m => return Err(Error::invalid("distortion_model", format!("{m} is no lens model"))),
     };
-    let known = lens.coefficients().len();
     // A coefficient that is not used would be ignored: somebody means another model.
     match coefficients[known..].iter().position(|k| *k != 0.0) {
         Some(i) => Err(Error::invalid("distortion", format!("coefficient {} is not of this model", known + i))),
-        None => Ok(lens),
+        Option::None => Ok(lens),
     }
 }
 

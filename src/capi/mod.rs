@@ -15,13 +15,16 @@
 // Every pointer obeys the rules at the top of the header; they are not repeated on each function.
 #![allow(clippy::missing_safety_doc)]
 
-mod args;
 mod call;
 mod handle;
 mod sized;
 
+pub mod args;
+pub mod calibrate;
 pub mod camera;
 pub mod cancel;
+pub mod correspondences;
+pub mod detect;
 pub mod error;
 pub mod image;
 pub mod log;

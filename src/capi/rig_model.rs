@@ -219,7 +219,7 @@ pub unsafe extern "C" fn ptzcal_rig_model_head_camera(
 
 /// The points that laser shots hit. Depth comes from both coordinates of each spot, weighted by its
 /// covariance; far away it is uncertain and skewed, so hand shots to a calibration as shots
-/// (ptzcal_correspondences_add_shots), not as these points.
+/// (ptzcal_correspondences_add_laser_shots), not as these points.
 ///
 /// @param model           The rig model.
 /// @param pan_tilt        n x 2 numbers: readings at each shot, radians.
