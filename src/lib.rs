@@ -18,6 +18,8 @@
 #![deny(unsafe_code)]
 
 pub mod calibrate;
+#[doc(hidden)]
+pub mod capi;
 pub mod control;
 pub mod detect;
 pub mod device;

@@ -115,21 +115,26 @@ impl Correspondences {
         Ok(())
     }
 
+    /// Adds all of them or, when one is refused, none.
+    pub fn add_all(&mut self, observations: impl IntoIterator<Item = Observation>) -> Result<()> {
+        let before = self.observations.len();
+        let result = observations.into_iter().try_for_each(|o| self.add(o));
+        if result.is_err() {
+            self.observations.truncate(before);
+        }
+        result
+    }
+
     /// Adds exact 3D points (metres) with their pixels.
     pub fn add_points(&mut self, world: &[Vector3<f64>], pixels: &[Vector2<f64>]) -> Result<()> {
         if world.len() != pixels.len() {
             return Err(Error::invalid("uv", format!("{} pixels for {} points", pixels.len(), world.len())));
         }
-        let before = self.observations.len();
-        for (world, pixel) in world.iter().zip(pixels) {
-            let point =
-                Observation::Point { world: *world, world_covariance: None, pixel: *pixel, pixel_covariance: None };
-            if let Err(e) = self.add(point) {
-                // All or nothing.
-                self.observations.truncate(before);
-                return Err(e);
-            }
-        }
-        Ok(())
+        self.add_all(world.iter().zip(pixels).map(|(world, pixel)| Observation::Point {
+            world: *world,
+            world_covariance: None,
+            pixel: *pixel,
+            pixel_covariance: None,
+        }))
     }
 }

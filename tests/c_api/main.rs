@@ -1,0 +1,3 @@
+//! The C side of the library: how the header is made, and the checks that keep the ABI.
+
+mod header;
