@@ -1153,7 +1153,7 @@ typedef struct ptzcal_calibration_summary {
 
 /**
  * Makes options with their defaults, which are right for laser shots and surveyed points: no
- * distortion, no skew, nearly square pixels, outliers set aside, seed 1.
+ * distortion, hardly any skew, nearly square pixels, outliers set aside, seed 1.
  *
  * @param options Receives the options; free them with ptzcal_calibration_options_free.
  * @param error   Receives the error; may be NULL.
@@ -1191,33 +1191,26 @@ ptzcal_status ptzcal_calibration_options_set_distortion(ptzcal_calibration_optio
                                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
- * Keeps known intrinsics, so that only the pose (and the lens, when a model is set) is found.
+ * Keeps a known lens, so that only the pose is found. The points may then lie in a plane.
  *
  * @param options The options.
- * @param fx      Focal length in pixels of x, positive.
- * @param fy      Focal length in pixels of y, positive.
- * @param skew    K[0][1], pixels.
- * @param cx      Principal point, pixels.
- * @param cy      Principal point, pixels.
+ * @param camera  Whose intrinsics and distortion are kept; its pose is not used. NULL frees the lens
+ *                again.
  * @param error   Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK.
  *
  * Threads: exclusive.
  * Since 0.1.0.
  */
-ptzcal_status ptzcal_calibration_options_set_intrinsics(ptzcal_calibration_options *options,
-                                                        double fx,
-                                                        double fy,
-                                                        double skew,
-                                                        double cx,
-                                                        double cy,
+ptzcal_status ptzcal_calibration_options_set_fixed_lens(ptzcal_calibration_options *options,
+                                                        const ptzcal_camera *camera,
                                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
  * Sets how much the pixels' axes may lean: the prior standard deviation of skew / f about 0.
  *
  * @param options The options.
- * @param sigma   0 (the default) forces no skew; INFINITY leaves it to the data.
+ * @param sigma   0 forces no skew; INFINITY leaves it to the data; the default is 0.001.
  * @param error   Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK.
  *

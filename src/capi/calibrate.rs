@@ -15,7 +15,7 @@ use super::sized::{self, SizedOut, SizedStruct};
 use super::status::ptzcal_status;
 use crate::calibrate::{Calibration, CalibrationOptions, DistortionModel, calibrate_camera};
 use crate::error::{Error, Result};
-use crate::geometry::Intrinsics;
+use crate::geometry::Camera;
 
 /// How a camera is calibrated.
 pub struct ptzcal_calibration_options(Exclusive<CalibrationOptions>);
@@ -123,7 +123,7 @@ impl From<&Calibration> for ptzcal_calibration_summary {
 }
 
 /// Makes options with their defaults, which are right for laser shots and surveyed points: no
-/// distortion, no skew, nearly square pixels, outliers set aside, seed 1.
+/// distortion, hardly any skew, nearly square pixels, outliers set aside, seed 1.
 ///
 /// @param options Receives the options; free them with ptzcal_calibration_options_free.
 /// @param error   Receives the error; may be NULL.
@@ -182,48 +182,41 @@ pub unsafe extern "C" fn ptzcal_calibration_options_set_distortion(
     })
 }
 
-/// Keeps known intrinsics, so that only the pose (and the lens, when a model is set) is found.
+/// Keeps a known lens, so that only the pose is found. The points may then lie in a plane.
 ///
 /// @param options The options.
-/// @param fx      Focal length in pixels of x, positive.
-/// @param fy      Focal length in pixels of y, positive.
-/// @param skew    K[0][1], pixels.
-/// @param cx      Principal point, pixels.
-/// @param cy      Principal point, pixels.
+/// @param camera  Whose intrinsics and distortion are kept; its pose is not used. NULL frees the lens
+///                again.
 /// @param error   Receives the error; may be NULL.
 /// @return PTZCAL_STATUS_OK.
 ///
 /// Threads: exclusive.
 /// Since 0.1.0.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn ptzcal_calibration_options_set_intrinsics(
+pub unsafe extern "C" fn ptzcal_calibration_options_set_fixed_lens(
     options: *mut ptzcal_calibration_options,
-    fx: f64,
-    fy: f64,
-    skew: f64,
-    cx: f64,
-    cy: f64,
+    camera: *const ptzcal_camera,
     error: *mut *mut ptzcal_error,
 ) -> ptzcal_status {
     // SAFETY: the caller keeps the header's rules for pointers.
     let error = unsafe { ErrorOut::new(error) };
     guard(error, || {
-        for (value, name) in [(fx, "fx"), (fy, "fy"), (skew, "skew"), (cx, "cx"), (cy, "cy")] {
-            number(value, name)?;
-        }
-        if fx <= 0.0 || fy <= 0.0 {
-            return Err(Error::invalid("fx, fy", format!("{fx}, {fy} are not positive")));
-        }
-        let intrinsics = Intrinsics { fx, fy, skew, cx, cy };
+        let lens = if camera.is_null() {
+            None
+        } else {
+            // SAFETY: the caller keeps the header's rules for pointers.
+            let camera = Camera::try_from(unsafe { sized::read(camera)? })?;
+            Some((camera.intrinsics, camera.distortion))
+        };
         // SAFETY: the caller keeps the header's rules for pointers.
-        unsafe { ptzcal_calibration_options::change(options, |o| o.fixed_intrinsics = Some(intrinsics)) }
+        unsafe { ptzcal_calibration_options::change(options, |o| o.fixed_lens = lens) }
     })
 }
 
 /// Sets how much the pixels' axes may lean: the prior standard deviation of skew / f about 0.
 ///
 /// @param options The options.
-/// @param sigma   0 (the default) forces no skew; INFINITY leaves it to the data.
+/// @param sigma   0 forces no skew; INFINITY leaves it to the data; the default is 0.001.
 /// @param error   Receives the error; may be NULL.
 /// @return PTZCAL_STATUS_OK.
 ///
