@@ -1468,6 +1468,322 @@ ptzcal_status ptzcal_calibration_copy_inliers(const ptzcal_calibration *calibrat
                                               size_t *needed,
                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
 
+/* ================================================================================================
+ * Rig poses by roof edges
+ *
+ * A roof edge is the line where two planes meet: wall and floor, two faces of a box. Two stations of
+ * a rig that measured the same two edges (or more) are tied by them. Add to each station's set its
+ * planes, fitted to the laser shots of a region, and its edges as pairs of planes: the same edges in
+ * the same order, with their planes in the same order.
+ * ============================================================================================= */
+
+/** How a pose is computed from roof edges. */
+enum {
+  /** Rigid Procrustes on points of the edges (Gois and Gaspar): the default. */
+  PTZCAL_POSE_METHOD_ROOF_EDGE_PROCRUSTES = 0,
+  /** Closed form on the planes themselves; more accurate. */
+  PTZCAL_POSE_METHOD_PLANE_TO_PLANE = 1,
+  /** The planes weighted by their full covariances; the most accurate. */
+  PTZCAL_POSE_METHOD_MAXIMUM_LIKELIHOOD = 2,
+};
+typedef uint32_t ptzcal_pose_method;
+
+/** The pose of station b in station a's frame. Immutable: any number of threads may read it. */
+typedef struct ptzcal_pose_estimate ptzcal_pose_estimate;
+
+/** How a pose is estimated. */
+typedef struct ptzcal_pose_options ptzcal_pose_options;
+
+/** The planes and roof edges that one station measured. */
+typedef struct ptzcal_roof_edges ptzcal_roof_edges;
+
+/** The pose of one station in another's frame. */
+typedef struct ptzcal_pose {
+  /** Set by ptzcal_pose_init. */
+  uint32_t struct_size;
+  /** 0. */
+  uint32_t reserved;
+  /** R, row-major, in X_a = R X_b + t. */
+  double rotation[9];
+  /** t, metres: the position of station b in station a's frame. */
+  double translation[3];
+  /** Angle of R, radians. */
+  double rotation_angle;
+  /** Root mean square distance between the two stations' points on the edges, metres. */
+  double residual_rms;
+  /**
+   * Largest difference that is left between the two stations' planes: of their unit normals, and
+   * of their distances relative to the edges' mean distance.
+   */
+  double disagreement;
+  /** How much better the best-determined direction is than the worst; 1 at best. */
+  double condition;
+} ptzcal_pose;
+
+/**
+ * Makes an empty set of planes and edges for one station.
+ *
+ * @param edges Receives the set; free it with ptzcal_roof_edges_free.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_roof_edges_new(ptzcal_roof_edges **edges,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a set.
+ *
+ * @param edges The set; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_roof_edges_free(ptzcal_roof_edges *edges) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a plane fitted to laser shots by maximum likelihood in inverse depth. Gross outliers are set
+ * aside.
+ *
+ * @param edges           The set.
+ * @param model           The rig model.
+ * @param pan_tilt        n x 2 numbers: readings at each shot, radians.
+ * @param spots           n x 2 numbers: the spot's pixel in the head camera.
+ * @param spot_covariance n x 3 numbers: xx, xy, yy, px^2; may be NULL: 1 px, uncorrelated.
+ * @param n               Number of shots, at least 3.
+ * @param plane           Receives the plane's number in the set, for ptzcal_roof_edges_add_edge.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NOT_FINITE;
+ *         PTZCAL_STATUS_DEGENERATE for shots on one line or a plane through the rig;
+ *         PTZCAL_STATUS_NO_CONSENSUS when no half of the shots agrees on a plane;
+ *         PTZCAL_STATUS_BEHIND_CAMERA; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_roof_edges_add_plane_shots(ptzcal_roof_edges *edges,
+                                                const ptzcal_rig_model *model,
+                                                const double *pan_tilt,
+                                                const double *spots,
+                                                const double *spot_covariance,
+                                                size_t n,
+                                                uint32_t *plane,
+                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a plane fitted to points in the station's frame by total least squares. Gross outliers are
+ * set aside.
+ *
+ * @param edges The set.
+ * @param xyz   n x 3 numbers: points, metres.
+ * @param n     Number of points: at least 3, or 4 when sigma is 0.
+ * @param sigma Standard deviation of the points in each direction, metres; 0: estimated from how
+ *              far they are from the plane.
+ * @param plane Receives the plane's number in the set.
+ * @param error Receives the error; may be NULL.
+ * @return As ptzcal_roof_edges_add_plane_shots.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_roof_edges_add_plane_points(ptzcal_roof_edges *edges,
+                                                 const double *xyz,
+                                                 size_t n,
+                                                 double sigma,
+                                                 uint32_t *plane,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a plane that is known: normal . X = distance in the station's frame.
+ *
+ * @param edges      The set.
+ * @param normal     3 numbers of any length but 0.
+ * @param distance   Metres; not 0: the plane must not pass through the station.
+ * @param covariance 9 numbers: covariance of n = normal / distance, row-major, 1 / m^2; may be NULL:
+ *                   the plane is exact.
+ * @param plane      Receives the plane's number in the set.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_DEGENERATE for a plane through the station; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_roof_edges_add_plane(ptzcal_roof_edges *edges,
+                                          const double *normal,
+                                          double distance,
+                                          const double *covariance,
+                                          uint32_t *plane,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds the edge where two of the station's planes meet.
+ *
+ * @param edges  The set.
+ * @param first  Number of a plane.
+ * @param second Number of another plane. The order matters: it must be the same in both stations.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_roof_edges_add_edge(ptzcal_roof_edges *edges,
+                                         uint32_t first,
+                                         uint32_t second,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes options with their defaults: roof-edge Procrustes, levers of the scene's size, planes and
+ * edges at least 5 degrees apart.
+ *
+ * @param options Receives the options; free them with ptzcal_pose_options_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pose_options_new(ptzcal_pose_options **options,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees options.
+ *
+ * @param options The options; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_pose_options_free(ptzcal_pose_options *options) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the method.
+ *
+ * @param options The options.
+ * @param method  A ptzcal_pose_method; the default is PTZCAL_POSE_METHOD_ROOF_EDGE_PROCRUSTES.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pose_options_set_method(ptzcal_pose_options *options,
+                                             uint32_t method,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets how far along an edge its second point lies (Procrustes only).
+ *
+ * @param options The options.
+ * @param lever   Metres, positive; 0 (the default): the edges' mean distance from the stations.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pose_options_set_lever(ptzcal_pose_options *options,
+                                            double lever,
+                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the angles below which planes make no edge and edges count as parallel.
+ *
+ * @param options        The options.
+ * @param min_plane_angle Radians, 0 to pi/2; the default is 5 degrees.
+ * @param min_edge_angle  Radians, 0 to pi/2; the default is 5 degrees.
+ * @param error          Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pose_options_set_min_angles(ptzcal_pose_options *options,
+                                                 double min_plane_angle,
+                                                 double min_edge_angle,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Estimates the pose of station b in station a's frame from the roof edges that both measured.
+ *
+ * @param station_a The first station's planes and edges.
+ * @param station_b The second station's: the same edges in the same order.
+ * @param options   The options; may be NULL: the defaults.
+ * @param result    Receives the estimate; free it with ptzcal_pose_estimate_free.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for unequal or fewer than two edges and
+ *         for stations that did not see the same planes; PTZCAL_STATUS_DEGENERATE for parallel
+ *         planes or edges (the message says what is unobservable); PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_estimate_pose_roof_edges(const ptzcal_roof_edges *station_a,
+                                              const ptzcal_roof_edges *station_b,
+                                              const ptzcal_pose_options *options,
+                                              ptzcal_pose_estimate **result,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees an estimate.
+ *
+ * @param estimate The estimate; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_pose_estimate_free(ptzcal_pose_estimate *estimate) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a pose: the identity.
+ *
+ * @param pose The struct.
+ * @param size sizeof *pose.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pose_init(ptzcal_pose *pose, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * The pose.
+ *
+ * @param estimate The estimate.
+ * @param pose     Receives the pose; set up by ptzcal_pose_init.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pose_estimate_get(const ptzcal_pose_estimate *estimate,
+                                       ptzcal_pose *pose,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the 6 x 6 covariance of the pose, row-major: of the rotation vector w in R <- exp([w]x) R
+ * (radians, axes of station a) and of the translation (metres).
+ *
+ * @param estimate The estimate.
+ * @param buffer   Receives 36 numbers; may be NULL when capacity is 0.
+ * @param capacity Numbers that fit.
+ * @param needed   Receives 36; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: nothing was copied.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pose_estimate_copy_covariance(const ptzcal_pose_estimate *estimate,
+                                                   double *buffer,
+                                                   size_t capacity,
+                                                   size_t *needed,
+                                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
 #ifdef __cplusplus
 } /* extern "C" */
 #endif

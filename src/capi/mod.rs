@@ -28,6 +28,7 @@ pub mod detect;
 pub mod error;
 pub mod image;
 pub mod log;
+pub mod pose;
 pub mod progress;
 pub mod rig_model;
 pub mod status;

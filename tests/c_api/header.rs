@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 13] = [
+const TOPICS: [&str; 14] = [
     "version",
     "status",
     "error",
@@ -21,6 +21,7 @@ const TOPICS: [&str; 13] = [
     "detect",
     "correspondences",
     "calibrate",
+    "pose",
 ];
 
 /// What stands before the first chapter: conventions and rules that hold for all of them.
