@@ -123,6 +123,8 @@ const char *ptzcal_version(void) PTZCAL_NOEXCEPT;
 /**
  * ABI number of the loaded library; compare it with PTZCAL_ABI_VERSION after dlopen.
  *
+ * @return The number.
+ *
  * Threads: free.
  * Since 0.1.0.
  */
@@ -1153,7 +1155,7 @@ typedef struct ptzcal_calibration_summary {
 
 /**
  * Makes options with their defaults, which are right for laser shots and surveyed points: no
- * distortion, no skew, nearly square pixels, outliers set aside, seed 1.
+ * distortion, hardly any skew, nearly square pixels, outliers set aside, seed 1.
  *
  * @param options Receives the options; free them with ptzcal_calibration_options_free.
  * @param error   Receives the error; may be NULL.
@@ -1191,33 +1193,26 @@ ptzcal_status ptzcal_calibration_options_set_distortion(ptzcal_calibration_optio
                                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
- * Keeps known intrinsics, so that only the pose (and the lens, when a model is set) is found.
+ * Keeps a known lens, so that only the pose is found: the points may then lie in a plane.
  *
  * @param options The options.
- * @param fx      Focal length in pixels of x, positive.
- * @param fy      Focal length in pixels of y, positive.
- * @param skew    K[0][1], pixels.
- * @param cx      Principal point, pixels.
- * @param cy      Principal point, pixels.
+ * @param camera  Its intrinsics and distortion are kept; its image size must be positive, and its
+ *                pose is ignored. May be NULL: the lens is found (the default).
  * @param error   Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK.
  *
  * Threads: exclusive.
  * Since 0.1.0.
  */
-ptzcal_status ptzcal_calibration_options_set_intrinsics(ptzcal_calibration_options *options,
-                                                        double fx,
-                                                        double fy,
-                                                        double skew,
-                                                        double cx,
-                                                        double cy,
-                                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+ptzcal_status ptzcal_calibration_options_set_lens(ptzcal_calibration_options *options,
+                                                  const ptzcal_camera *camera,
+                                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
  * Sets how much the pixels' axes may lean: the prior standard deviation of skew / f about 0.
  *
  * @param options The options.
- * @param sigma   0 (the default) forces no skew; INFINITY leaves it to the data.
+ * @param sigma   0 forces no skew; INFINITY leaves it to the data; the default is 0.001.
  * @param error   Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK.
  *
@@ -1437,7 +1432,8 @@ ptzcal_status ptzcal_calibration_copy_covariance(const ptzcal_calibration *calib
 
 /**
  * Measured minus predicted pixel of every measurement, outliers included: n x 2 numbers, n = the
- * summary's `measurements`, in the order of adding.
+ * summary's `measurements`, in the order of adding. Infinite for an outlier that lies behind the
+ * camera.
  *
  * @param calibration The calibration.
  * @param buffer      Receives the numbers; may be NULL when capacity is 0.

@@ -6,7 +6,7 @@
 
 use super::args::{BufferOut, number};
 use super::call::{ErrorOut, guard, guard_or};
-use super::camera::ptzcal_camera;
+use super::camera::{camera_in, ptzcal_camera};
 use super::cancel::ptzcal_cancel;
 use super::correspondences::ptzcal_correspondences;
 use super::error::ptzcal_error;
@@ -15,7 +15,6 @@ use super::sized::{self, SizedOut, SizedStruct};
 use super::status::ptzcal_status;
 use crate::calibrate::{Calibration, CalibrationOptions, DistortionModel, calibrate_camera};
 use crate::error::{Error, Result};
-use crate::geometry::Intrinsics;
 
 /// How a camera is calibrated.
 pub struct ptzcal_calibration_options(Exclusive<CalibrationOptions>);
@@ -56,7 +55,11 @@ fn distortion_model(value: u32) -> Result<DistortionModel> {
 
 /// Zero or more; infinity where it means "free".
 fn sigma(value: f64, name: &'static str) -> Result<f64> {
-    if value >= 0.0 { Ok(value) } else { Err(Error::invalid(name, format!("{value} is negative or NaN"))) }
+    match value {
+        v if v.is_nan() => Err(Error::NotFinite { name, index: 0 }),
+        v if v < 0.0 => Err(Error::invalid(name, format!("{v} is negative"))),
+        v => Ok(v),
+    }
 }
 
 /// A calibrated camera with all that says how good it is. Immutable: any number of threads may read
@@ -123,7 +126,7 @@ impl From<&Calibration> for ptzcal_calibration_summary {
 }
 
 /// Makes options with their defaults, which are right for laser shots and surveyed points: no
-/// distortion, no skew, nearly square pixels, outliers set aside, seed 1.
+/// distortion, hardly any skew, nearly square pixels, outliers set aside, seed 1.
 ///
 /// @param options Receives the options; free them with ptzcal_calibration_options_free.
 /// @param error   Receives the error; may be NULL.
@@ -182,48 +185,37 @@ pub unsafe extern "C" fn ptzcal_calibration_options_set_distortion(
     })
 }
 
-/// Keeps known intrinsics, so that only the pose (and the lens, when a model is set) is found.
+/// Keeps a known lens, so that only the pose is found: the points may then lie in a plane.
 ///
 /// @param options The options.
-/// @param fx      Focal length in pixels of x, positive.
-/// @param fy      Focal length in pixels of y, positive.
-/// @param skew    K[0][1], pixels.
-/// @param cx      Principal point, pixels.
-/// @param cy      Principal point, pixels.
+/// @param camera  Its intrinsics and distortion are kept; its image size must be positive, and its
+///                pose is ignored. May be NULL: the lens is found (the default).
 /// @param error   Receives the error; may be NULL.
 /// @return PTZCAL_STATUS_OK.
 ///
 /// Threads: exclusive.
 /// Since 0.1.0.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn ptzcal_calibration_options_set_intrinsics(
+pub unsafe extern "C" fn ptzcal_calibration_options_set_lens(
     options: *mut ptzcal_calibration_options,
-    fx: f64,
-    fy: f64,
-    skew: f64,
-    cx: f64,
-    cy: f64,
+    camera: *const ptzcal_camera,
     error: *mut *mut ptzcal_error,
 ) -> ptzcal_status {
     // SAFETY: the caller keeps the header's rules for pointers.
     let error = unsafe { ErrorOut::new(error) };
     guard(error, || {
-        for (value, name) in [(fx, "fx"), (fy, "fy"), (skew, "skew"), (cx, "cx"), (cy, "cy")] {
-            number(value, name)?;
-        }
-        if fx <= 0.0 || fy <= 0.0 {
-            return Err(Error::invalid("fx, fy", format!("{fx}, {fy} are not positive")));
-        }
-        let intrinsics = Intrinsics { fx, fy, skew, cx, cy };
         // SAFETY: the caller keeps the header's rules for pointers.
-        unsafe { ptzcal_calibration_options::change(options, |o| o.fixed_intrinsics = Some(intrinsics)) }
+        let camera = if camera.is_null() { None } else { Some(unsafe { camera_in(camera)? }) };
+        let lens = camera.map(|c| (c.intrinsics, c.distortion));
+        // SAFETY: the caller keeps the header's rules for pointers.
+        unsafe { ptzcal_calibration_options::change(options, |o| o.fixed_lens = lens) }
     })
 }
 
 /// Sets how much the pixels' axes may lean: the prior standard deviation of skew / f about 0.
 ///
 /// @param options The options.
-/// @param sigma   0 (the default) forces no skew; INFINITY leaves it to the data.
+/// @param sigma   0 forces no skew; INFINITY leaves it to the data; the default is 0.001.
 /// @param error   Receives the error; may be NULL.
 /// @return PTZCAL_STATUS_OK.
 ///
@@ -564,7 +556,8 @@ pub unsafe extern "C" fn ptzcal_calibration_copy_covariance(
 }
 
 /// Measured minus predicted pixel of every measurement, outliers included: n x 2 numbers, n = the
-/// summary's `measurements`, in the order of adding.
+/// summary's `measurements`, in the order of adding. Infinite for an outlier that lies behind the
+/// camera.
 ///
 /// @param calibration The calibration.
 /// @param buffer      Receives the numbers; may be NULL when capacity is 0.
