@@ -123,6 +123,8 @@ const char *ptzcal_version(void) PTZCAL_NOEXCEPT;
 /**
  * ABI number of the loaded library; compare it with PTZCAL_ABI_VERSION after dlopen.
  *
+ * @return The number.
+ *
  * Threads: free.
  * Since 0.1.0.
  */
@@ -1191,20 +1193,20 @@ ptzcal_status ptzcal_calibration_options_set_distortion(ptzcal_calibration_optio
                                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
- * Keeps a known lens, so that only the pose is found. The points may then lie in a plane.
+ * Keeps a known lens, so that only the pose is found: the points may then lie in a plane.
  *
  * @param options The options.
- * @param camera  Whose intrinsics and distortion are kept; its pose is not used. NULL frees the lens
- *                again.
+ * @param camera  Its intrinsics and distortion are kept; its image size must be positive, and its
+ *                pose is ignored. May be NULL: the lens is found (the default).
  * @param error   Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK.
  *
  * Threads: exclusive.
  * Since 0.1.0.
  */
-ptzcal_status ptzcal_calibration_options_set_fixed_lens(ptzcal_calibration_options *options,
-                                                        const ptzcal_camera *camera,
-                                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+ptzcal_status ptzcal_calibration_options_set_lens(ptzcal_calibration_options *options,
+                                                  const ptzcal_camera *camera,
+                                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
  * Sets how much the pixels' axes may lean: the prior standard deviation of skew / f about 0.
@@ -1430,7 +1432,8 @@ ptzcal_status ptzcal_calibration_copy_covariance(const ptzcal_calibration *calib
 
 /**
  * Measured minus predicted pixel of every measurement, outliers included: n x 2 numbers, n = the
- * summary's `measurements`, in the order of adding.
+ * summary's `measurements`, in the order of adding. Infinite for an outlier that lies behind the
+ * camera.
  *
  * @param calibration The calibration.
  * @param buffer      Receives the numbers; may be NULL when capacity is 0.

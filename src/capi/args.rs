@@ -90,7 +90,7 @@ pub(super) unsafe fn vectors_optional<'a, const N: usize>(
 
 /// A finite number.
 pub(super) fn number(value: f64, name: &'static str) -> Result<f64> {
-    if value.is_finite() { Ok(value) } else { Err(Error::invalid(name, format!("{value} is not finite"))) }
+    if value.is_finite() { Ok(value) } else { Err(Error::NotFinite { name, index: 0 }) }
 }
 
 /// A NUL-terminated UTF-8 string of at most PTZCAL_MAX_STRING bytes.

@@ -6,7 +6,7 @@
 
 use super::args::{BufferOut, number};
 use super::call::{ErrorOut, guard, guard_or};
-use super::camera::ptzcal_camera;
+use super::camera::{camera_in, ptzcal_camera};
 use super::cancel::ptzcal_cancel;
 use super::correspondences::ptzcal_correspondences;
 use super::error::ptzcal_error;
@@ -15,7 +15,6 @@ use super::sized::{self, SizedOut, SizedStruct};
 use super::status::ptzcal_status;
 use crate::calibrate::{Calibration, CalibrationOptions, DistortionModel, calibrate_camera};
 use crate::error::{Error, Result};
-use crate::geometry::Camera;
 
 /// How a camera is calibrated.
 pub struct ptzcal_calibration_options(Exclusive<CalibrationOptions>);
@@ -56,7 +55,11 @@ fn distortion_model(value: u32) -> Result<DistortionModel> {
 
 /// Zero or more; infinity where it means "free".
 fn sigma(value: f64, name: &'static str) -> Result<f64> {
-    if value >= 0.0 { Ok(value) } else { Err(Error::invalid(name, format!("{value} is negative or NaN"))) }
+    match value {
+        v if v.is_nan() => Err(Error::NotFinite { name, index: 0 }),
+        v if v < 0.0 => Err(Error::invalid(name, format!("{v} is negative"))),
+        v => Ok(v),
+    }
 }
 
 /// A calibrated camera with all that says how good it is. Immutable: any number of threads may read
@@ -182,18 +185,18 @@ pub unsafe extern "C" fn ptzcal_calibration_options_set_distortion(
     })
 }
 
-/// Keeps a known lens, so that only the pose is found. The points may then lie in a plane.
+/// Keeps a known lens, so that only the pose is found: the points may then lie in a plane.
 ///
 /// @param options The options.
-/// @param camera  Whose intrinsics and distortion are kept; its pose is not used. NULL frees the lens
-///                again.
+/// @param camera  Its intrinsics and distortion are kept; its image size must be positive, and its
+///                pose is ignored. May be NULL: the lens is found (the default).
 /// @param error   Receives the error; may be NULL.
 /// @return PTZCAL_STATUS_OK.
 ///
 /// Threads: exclusive.
 /// Since 0.1.0.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn ptzcal_calibration_options_set_fixed_lens(
+pub unsafe extern "C" fn ptzcal_calibration_options_set_lens(
     options: *mut ptzcal_calibration_options,
     camera: *const ptzcal_camera,
     error: *mut *mut ptzcal_error,
@@ -201,13 +204,9 @@ pub unsafe extern "C" fn ptzcal_calibration_options_set_fixed_lens(
     // SAFETY: the caller keeps the header's rules for pointers.
     let error = unsafe { ErrorOut::new(error) };
     guard(error, || {
-        let lens = if camera.is_null() {
-            None
-        } else {
-            // SAFETY: the caller keeps the header's rules for pointers.
-            let camera = Camera::try_from(unsafe { sized::read(camera)? })?;
-            Some((camera.intrinsics, camera.distortion))
-        };
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let camera = if camera.is_null() { None } else { Some(unsafe { camera_in(camera)? }) };
+        let lens = camera.map(|c| (c.intrinsics, c.distortion));
         // SAFETY: the caller keeps the header's rules for pointers.
         unsafe { ptzcal_calibration_options::change(options, |o| o.fixed_lens = lens) }
     })
@@ -557,7 +556,8 @@ pub unsafe extern "C" fn ptzcal_calibration_copy_covariance(
 }
 
 /// Measured minus predicted pixel of every measurement, outliers included: n x 2 numbers, n = the
-/// summary's `measurements`, in the order of adding.
+/// summary's `measurements`, in the order of adding. Infinite for an outlier that lies behind the
+/// camera.
 ///
 /// @param calibration The calibration.
 /// @param buffer      Receives the numbers; may be NULL when capacity is 0.

@@ -29,6 +29,8 @@ pub extern "C" fn ptzcal_version() -> *const c_char {
 
 /// ABI number of the loaded library; compare it with PTZCAL_ABI_VERSION after dlopen.
 ///
+/// @return The number.
+///
 /// Threads: free.
 /// Since 0.1.0.
 #[unsafe(no_mangle)]
