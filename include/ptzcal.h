@@ -228,7 +228,8 @@ typedef struct ptzcal_error ptzcal_error;
 /**
  * Status of an error: the one that the failed call returned.
  *
- * @param error The error; may be NULL, which means no error: PTZCAL_STATUS_OK.
+ * @param error The error; may be NULL.
+ * @return Its status; PTZCAL_STATUS_OK for NULL.
  *
  * Threads: shared.
  * Since 0.1.0.
@@ -239,8 +240,8 @@ ptzcal_status ptzcal_error_status(const ptzcal_error *error) PTZCAL_NOEXCEPT;
  * What went wrong, one line of English UTF-8, with the offending value in it. For logs and people:
  * the wording may change in any version, so decide by the status.
  *
- * @param error The error; may be NULL: "".
- * @return A string that lives as long as the error; never NULL.
+ * @param error The error; may be NULL.
+ * @return A string that lives as long as the error; "" for NULL; never NULL.
  *
  * Threads: shared.
  * Since 0.1.0.
@@ -250,8 +251,9 @@ const char *ptzcal_error_message(const ptzcal_error *error) PTZCAL_NOEXCEPT;
 /**
  * What the user can do about it, one line of English UTF-8.
  *
- * @param error The error; may be NULL: "".
- * @return A string that lives as long as the error; "" when there is nothing to say; never NULL.
+ * @param error The error; may be NULL.
+ * @return A string that lives as long as the error; "" when there is nothing to say, and for NULL;
+ *         never NULL.
  *
  * Threads: shared.
  * Since 0.1.0.
@@ -261,8 +263,8 @@ const char *ptzcal_error_hint(const ptzcal_error *error) PTZCAL_NOEXCEPT;
 /**
  * Which point, view or sample is at fault, counted from 0.
  *
- * @param error The error; may be NULL: -1.
- * @return The index, or -1 when no single one is at fault.
+ * @param error The error; may be NULL.
+ * @return The index, or -1 when no single one is at fault, and for NULL.
  *
  * Threads: shared.
  * Since 0.1.0.
@@ -347,8 +349,8 @@ ptzcal_status ptzcal_cancel_reset(const ptzcal_cancel *token) PTZCAL_NOEXCEPT;
 /**
  * Has cancellation been requested?
  *
- * @param token The token; may be NULL: 0.
- * @return 1 when it was requested, else 0.
+ * @param token The token; may be NULL.
+ * @return 1 when it was requested, else 0; 0 for NULL.
  *
  * Threads: free.
  * Since 0.1.0.
@@ -1196,8 +1198,8 @@ ptzcal_status ptzcal_calibration_options_set_distortion(ptzcal_calibration_optio
  * Keeps a known lens, so that only the pose is found: the points may then lie in a plane.
  *
  * @param options The options.
- * @param camera  Its intrinsics and distortion are kept; its image size must be positive, and its
- *                pose is ignored. May be NULL: the lens is found (the default).
+ * @param camera  A camera whose intrinsics and distortion are kept (its pose is ignored); may be
+ *                NULL: the lens is found, which is the default.
  * @param error   Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK.
  *
