@@ -25,6 +25,7 @@ pub mod camera;
 pub mod cancel;
 pub mod correspondences;
 pub mod detect;
+pub mod devices;
 pub mod error;
 pub mod image;
 pub mod log;
