@@ -28,5 +28,6 @@ pub mod format;
 pub mod geometry;
 pub mod image;
 pub mod pose;
+pub mod sim;
 
 pub use error::{Error, Result};

@@ -32,5 +32,6 @@ pub mod log;
 pub mod pose;
 pub mod progress;
 pub mod rig_model;
+pub mod simulator;
 pub mod status;
 pub mod version;
