@@ -1,9 +1,10 @@
 //! The simulator behind the ports.
 
+use std::fmt;
 use std::sync::Arc;
 
 use super::Shared;
-use super::world::Eye;
+use super::world::CameraId;
 use crate::control::Clock;
 use crate::device::{Frame, FrameSource, Laser, Motion, PanTiltZoom, PtzCapabilities, PtzPosition};
 use crate::error::{Error, Result};
@@ -21,7 +22,7 @@ pub struct SimLaser(pub(super) Arc<Shared>);
 /// a camera keeps the frames of the last second.
 pub struct SimFrames {
     pub(super) shared: Arc<Shared>,
-    pub(super) eye: Eye,
+    pub(super) camera: CameraId,
     /// The number of the next frame.
     pub(super) next: i64,
 }
@@ -104,14 +105,20 @@ impl FrameSource for SimFrames {
         // Only the snapshot is taken under the world's lock: cameras render at the same time.
         let (number, begin, exposure) = {
             let mut world = self.shared.world();
-            let (number, begin) = world.wait_for_frame(self.eye, self.next, not_before, timeout)?;
-            (number, begin, world.exposure(self.eye, number, begin))
+            let (number, begin) = world.wait_for_frame(self.camera, self.next, not_before, timeout)?;
+            (number, begin, world.exposure(self.camera, number, begin))
         };
         self.next = number + 1;
-        self.shared.sensor(self.eye).expose(&exposure, &mut frame.image);
+        self.shared.sensor(self.camera).expose(&exposure, &mut frame.image);
         frame.timestamp = begin;
         self.shared.count_frame();
         Ok(())
+    }
+}
+
+impl fmt::Debug for SimFrames {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SimFrames").field("camera", &self.camera).field("next", &self.next).finish_non_exhaustive()
     }
 }
 

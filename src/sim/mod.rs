@@ -40,6 +40,7 @@ mod tests;
 pub use devices::{SimClock, SimFrames, SimLaser, SimPtz};
 pub use options::{Faults, SimOptions};
 
+use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -49,7 +50,7 @@ use crate::control::Clock;
 use crate::error::{Error, Result};
 use crate::geometry::{Camera, RigModel, Rigid};
 use sensor::{NoiseTable, Sensor};
-use world::{Eye, World};
+use world::{CameraId, World};
 
 /// A simulated rig. Clones share the same rig.
 #[derive(Clone)]
@@ -109,7 +110,7 @@ impl Simulator {
 
     /// Frames of the camera on the head, from now on.
     pub fn head_frames(&self) -> SimFrames {
-        SimFrames { shared: self.0.clone(), eye: Eye::Head, next: i64::MIN }
+        SimFrames { shared: self.0.clone(), camera: CameraId::Head, next: i64::MIN }
     }
 
     /// Frames of a fixed camera, from now on.
@@ -121,7 +122,7 @@ impl Simulator {
             let reason = format!("{camera}: there are {} fixed cameras", self.fixed_cameras());
             return Err(Error::invalid("camera", reason));
         }
-        Ok(SimFrames { shared: self.0.clone(), eye: Eye::Fixed(camera), next: i64::MIN })
+        Ok(SimFrames { shared: self.0.clone(), camera: CameraId::Fixed(camera), next: i64::MIN })
     }
 
     /// The virtual clock: frames are stamped with it, and waiting moves it on.
@@ -171,15 +172,21 @@ impl Simulator {
     }
 }
 
+impl fmt::Debug for Simulator {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Simulator").field(&self.0.world().options).finish()
+    }
+}
+
 impl Shared {
     fn world(&self) -> MutexGuard<'_, World> {
         self.world.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn sensor(&self, eye: Eye) -> MutexGuard<'_, Sensor> {
-        let sensor = match eye {
-            Eye::Head => &self.head,
-            Eye::Fixed(i) => &self.fixed[i],
+    fn sensor(&self, camera: CameraId) -> MutexGuard<'_, Sensor> {
+        let sensor = match camera {
+            CameraId::Head => &self.head,
+            CameraId::Fixed(i) => &self.fixed[i],
         };
         sensor.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -94,7 +94,7 @@ impl Default for SimOptions {
             format: PixelFormat::Bgr24,
             read_noise: 2.0,
             shot_noise: 0.02,
-            point_spread: 0.8,
+            point_spread: 1.0,
             gain: 1.0,
             frame_rate: 25.0,
             exposure: 0.02,

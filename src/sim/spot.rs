@@ -14,7 +14,7 @@ const DIVERGENCE: f64 = 0.25e-3;
 const COLOUR: [f64; 3] = [1.0, 0.12, 0.06];
 
 /// Light of a spot on white paper seen square on from 1 m, in grey levels summed over its pixels.
-const POWER: f64 = 2e4;
+const POWER: f64 = 4e4;
 
 /// The laser's beam in the room.
 #[derive(Debug, Clone, Copy)]

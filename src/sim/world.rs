@@ -29,7 +29,7 @@ const LASER_CALL: f64 = 0.002;
 
 /// Which camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Eye {
+pub enum CameraId {
     Head,
     Fixed(usize),
 }
@@ -132,16 +132,22 @@ impl World {
 
     /// Waits for the first frame that begins at `not_before` or later, is number `at_least` or later,
     /// and is still kept. Returns its number and when its exposure began.
-    pub fn wait_for_frame(&mut self, eye: Eye, at_least: i64, not_before: f64, timeout: f64) -> Result<(i64, f64)> {
+    pub fn wait_for_frame(
+        &mut self,
+        camera: CameraId,
+        at_least: i64,
+        not_before: f64,
+        timeout: f64,
+    ) -> Result<(i64, f64)> {
         if not_before.is_nan() || timeout.is_nan() {
             return Err(Error::invalid(if timeout.is_nan() { "timeout" } else { "not_before" }, "is NaN"));
         }
         let timeout = timeout.clamp(0.0, LONGEST_WAIT);
         let period = 1.0 / self.options.frame_rate;
         // Cameras are not synchronised.
-        let phase = match eye {
-            Eye::Head => 0.0,
-            Eye::Fixed(i) => period * 0.31 * (i + 1) as f64,
+        let phase = match camera {
+            CameraId::Head => 0.0,
+            CameraId::Fixed(i) => period * 0.31 * (i + 1) as f64,
         };
         let begin = |number: i64| phase + number as f64 * period;
         let earliest = not_before.max(self.now - RING);
@@ -169,15 +175,15 @@ impl World {
     }
 
     /// What a camera sees from `begin` on.
-    pub fn exposure(&self, eye: Eye, number: i64, begin: f64) -> Exposure {
+    pub fn exposure(&self, camera: CameraId, number: i64, begin: f64) -> Exposure {
         let moments: [f64; MOMENTS] =
             std::array::from_fn(|k| begin + self.options.exposure * (k as f64 + 0.5) / MOMENTS as f64);
         let heads = moments.map(|t| self.motion.head(t));
         let shining = moments.map(|t| self.laser_at(t));
         let person = self.person(begin + 0.5 * self.options.exposure);
-        let poses = match eye {
-            Eye::Fixed(i) => vec![self.fixed[i].pose],
-            Eye::Head => self.blur_poses(&heads),
+        let poses = match camera {
+            CameraId::Fixed(i) => vec![self.fixed[i].pose],
+            CameraId::Head => self.blur_poses(&heads),
         };
         let mut spots = Vec::new();
         let mut k = 0;
@@ -185,22 +191,22 @@ impl World {
             // Moments at which nothing differs are one.
             let same = (k..MOMENTS).take_while(|&m| heads[m] == heads[k] && shining[m] == shining[k]).count();
             if shining[k] {
-                let camera = match eye {
-                    Eye::Fixed(i) => self.fixed[i],
-                    Eye::Head => self.head_camera(heads[k]),
+                let view = match camera {
+                    CameraId::Fixed(i) => self.fixed[i],
+                    CameraId::Head => self.head_camera(heads[k]),
                 };
                 let (main, second) = self.beam(heads[k]).glows(self.faults.reflection, person.as_ref());
                 let image = |glow: Glow| {
-                    glow.image(&camera, self.options.point_spread, self.options.laser_power, person.as_ref())
+                    glow.image(&view, self.options.point_spread, self.options.laser_power, person.as_ref())
                 };
                 let share = same as f64 / MOMENTS as f64;
                 spots.extend([Some(main), second].into_iter().flatten().filter_map(image).map(|s| (s, share)));
             }
             k += same;
         }
-        let camera_number = match eye {
-            Eye::Head => 0,
-            Eye::Fixed(i) => 1 + i as u64,
+        let camera_number = match camera {
+            CameraId::Head => 0,
+            CameraId::Fixed(i) => 1 + i as u64,
         };
         let mut seed = self.options.seed;
         for part in [camera_number, number as u64] {
