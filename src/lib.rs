@@ -24,5 +24,6 @@ pub mod device;
 pub mod error;
 pub mod geometry;
 pub mod image;
+pub mod rig;
 
 pub use error::{Error, Result};
