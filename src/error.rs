@@ -24,6 +24,7 @@ pub enum Status {
     LensNotMonotone = -104,
     BehindCamera = -105,
     Unreachable = -106,
+    OutsideLens = -107,
     // Detection.
     NotFound = -200,
     Ambiguous = -201,
@@ -115,6 +116,8 @@ pub enum Error {
     BehindCamera { index: usize },
     #[error("out of reach: {reason}")]
     Unreachable { reason: String },
+    #[error("point {index} is outside what the lens model covers")]
+    OutsideLens { index: usize },
 
     #[error("not found: {reason}")]
     NotFound { reason: String },
@@ -174,6 +177,7 @@ impl Error {
             Self::LensNotMonotone { .. } => Status::LensNotMonotone,
             Self::BehindCamera { .. } => Status::BehindCamera,
             Self::Unreachable { .. } => Status::Unreachable,
+            Self::OutsideLens { .. } => Status::OutsideLens,
             Self::NotFound { .. } => Status::NotFound,
             Self::Ambiguous { .. } => Status::Ambiguous,
             Self::Device { .. } => Status::Device,
@@ -193,7 +197,7 @@ impl Error {
     /// Which point, view or sample is at fault, where one is.
     pub fn index(&self) -> Option<usize> {
         match self {
-            Self::NotFinite { index, .. } | Self::BehindCamera { index } => Some(*index),
+            Self::NotFinite { index, .. } | Self::BehindCamera { index } | Self::OutsideLens { index } => Some(*index),
             _ => None,
         }
     }

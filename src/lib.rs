@@ -8,7 +8,7 @@
 //! rig                                workflows: aim, move, scan
 //! detect  calibrate  pose            algorithms: pure functions of their input
 //! device  sim                        the ports (traits) and what implements them
-//! geometry  image                    foundations: pure data and maths
+//! geometry  image  format            foundations: pure data, maths and files
 //! control  error                     cancel, progress, log; the error type
 //! ```
 //!
@@ -18,12 +18,16 @@
 #![deny(unsafe_code)]
 
 pub mod calibrate;
+#[doc(hidden)]
+pub mod capi;
 pub mod control;
 pub mod detect;
 pub mod device;
 pub mod error;
+pub mod format;
 pub mod geometry;
 pub mod image;
+pub mod pose;
 pub mod rig;
 
 pub use error::{Error, Result};

@@ -4,6 +4,10 @@ use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use crate::error::{Error, Result};
 use crate::geometry::InverseDepthPoint;
+use crate::geometry::linalg::symmetric_eigen3;
+
+/// Largest coordinate that is taken for one, in metres or pixels: squares and their sums stay finite.
+const MAX_COORDINATE: f64 = 1e12;
 
 /// One 2D-3D measurement.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,8 +72,10 @@ impl Correspondences {
     /// Adds one measurement; refuses what is not finite and covariances that are not positive.
     pub fn add(&mut self, observation: Observation) -> Result<()> {
         let index = self.observations.len();
-        let finite = |values: &[f64], name| {
-            if values.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(Error::NotFinite { name, index }) }
+        let finite = |values: &[f64], name| match values.iter().find(|v| v.is_nan() || v.abs() > MAX_COORDINATE) {
+            None => Ok(()),
+            Some(v) if v.is_finite() => Err(Error::invalid(name, format!("{v:e} of point {index} is beyond measure"))),
+            Some(_) => Err(Error::NotFinite { name, index }),
         };
         let positive2 = |c: &Matrix2<f64>| c.m11 > 0.0 && c.determinant() > 0.0 && c.m12 == c.m21;
         let bad = |what: &'static str| Error::invalid(what, format!("of point {index} is not positive definite"));
@@ -80,8 +86,8 @@ impl Correspondences {
                 if let Some(c) = world_covariance {
                     finite(c.as_slice(), "xyz covariance")?;
                     // Semi-definite is fine: a shot's covariance has rank one.
-                    let least = (c + c.transpose()).symmetric_eigenvalues().min() * 0.5;
-                    if least < -1e-9 * c.amax() {
+                    let least = symmetric_eigen3(&(c + c.transpose())).map(|(values, _)| values[2]);
+                    if least.is_none_or(|least| least < -1e-9 * c.amax()) {
                         return Err(bad("xyz covariance"));
                     }
                 }
@@ -109,21 +115,26 @@ impl Correspondences {
         Ok(())
     }
 
+    /// Adds all of them or, when one is refused, none.
+    pub fn add_all(&mut self, observations: impl IntoIterator<Item = Observation>) -> Result<()> {
+        let before = self.observations.len();
+        let result = observations.into_iter().try_for_each(|o| self.add(o));
+        if result.is_err() {
+            self.observations.truncate(before);
+        }
+        result
+    }
+
     /// Adds exact 3D points (metres) with their pixels.
     pub fn add_points(&mut self, world: &[Vector3<f64>], pixels: &[Vector2<f64>]) -> Result<()> {
         if world.len() != pixels.len() {
             return Err(Error::invalid("uv", format!("{} pixels for {} points", pixels.len(), world.len())));
         }
-        let before = self.observations.len();
-        for (world, pixel) in world.iter().zip(pixels) {
-            let point =
-                Observation::Point { world: *world, world_covariance: None, pixel: *pixel, pixel_covariance: None };
-            if let Err(e) = self.add(point) {
-                // All or nothing.
-                self.observations.truncate(before);
-                return Err(e);
-            }
-        }
-        Ok(())
+        self.add_all(world.iter().zip(pixels).map(|(world, pixel)| Observation::Point {
+            world: *world,
+            world_covariance: None,
+            pixel: *pixel,
+            pixel_covariance: None,
+        }))
     }
 }

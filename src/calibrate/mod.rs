@@ -1,14 +1,22 @@
 //! Calibration of a fixed camera from 2D-3D sets.
 
+mod consensus;
 pub mod correspondences;
+pub mod decompose;
+pub mod dlt;
+mod measurement;
+mod refine;
+mod solve;
+mod spread;
+mod start;
 
 pub use correspondences::{Correspondences, Observation};
+pub use solve::calibrate_camera;
 
 use nalgebra::{DMatrix, Vector2};
 
 use crate::control::Cancel;
-use crate::error::{Error, Result};
-use crate::geometry::{Camera, Intrinsics};
+use crate::geometry::{Camera, Distortion, Intrinsics};
 
 /// Which lens model is fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -29,9 +37,9 @@ pub enum DistortionModel {
 #[derive(Debug, Clone)]
 pub struct CalibrationOptions {
     pub distortion: DistortionModel,
-    /// Keep these intrinsics and only find the pose.
-    pub fixed_intrinsics: Option<Intrinsics>,
-    /// Prior standard deviation of skew / f about 0; 0 forces it to 0.
+    /// Keep this lens and only find the pose; the points may then lie in a plane.
+    pub fixed_lens: Option<(Intrinsics, Distortion)>,
+    /// Prior standard deviation of skew / f about 0; 0 forces 0, infinity frees it.
     pub skew_sigma: f64,
     /// Prior standard deviation of fx / fy about 1; 0 forces 1, infinity frees it.
     pub aspect_sigma: f64,
@@ -51,8 +59,8 @@ impl Default for CalibrationOptions {
     fn default() -> Self {
         Self {
             distortion: DistortionModel::None,
-            fixed_intrinsics: None,
-            skew_sigma: 0.0,
+            fixed_lens: None,
+            skew_sigma: 1e-3,
             aspect_sigma: 1e-3,
             robust: true,
             pixel_sigma: None,
@@ -72,7 +80,8 @@ pub struct Calibration {
     /// (R <- exp([w]x) R, radians, camera axes) and the camera's centre in the world (metres).
     /// Rows of parameters that were not free are zero.
     pub covariance: DMatrix<f64>,
-    /// Measured minus predicted pixel of each observation, px (NaN-free; outliers included).
+    /// Measured minus predicted pixel of each observation, px, at its measured depth. Outliers too;
+    /// infinite where the point is behind the camera.
     pub residuals: Vec<Vector2<f64>>,
     pub inliers: Vec<bool>,
     /// Root mean square length of the inliers' residuals, px.
@@ -82,9 +91,4 @@ pub struct Calibration {
     /// Condition number of the normal equations at unit diagonal.
     pub condition: f64,
     pub iterations: usize,
-}
-
-/// Calibrates one camera.
-pub fn calibrate_camera(_set: &Correspondences, _options: &CalibrationOptions) -> Result<Calibration> {
-    Err(Error::Unsupported { what: "calibration".into() })
 }

@@ -75,6 +75,8 @@ pub struct Projection {
     pub by_centre: Matrix2x3<f64>,
     /// By the world point.
     pub by_point: Matrix2x3<f64>,
+    /// By the homogeneous point's fourth coordinate.
+    pub by_weight: Vector2<f64>,
 }
 
 /// Nearest depth that still projects: below it the image position means nothing.
@@ -136,7 +138,14 @@ impl Camera {
 
     /// Like [`project`](Self::project), with derivatives by everything.
     pub fn project_with_jacobian(&self, world: &Vector3<f64>) -> Option<Projection> {
-        let x = self.pose.apply(world);
+        self.project_homogeneous(world, 1.0)
+    }
+
+    /// Projects the homogeneous point (xyz; weight), of the scale that keeps points in front of the
+    /// camera at positive depth. Weights at or below zero are points at or beyond infinity, as noisy
+    /// inverse depths give them.
+    pub fn project_homogeneous(&self, xyz: &Vector3<f64>, weight: f64) -> Option<Projection> {
+        let x = self.pose.rotation * xyz + self.pose.translation * weight;
         if x.z.is_nan() || x.z <= MIN_DEPTH {
             return None;
         }
@@ -144,9 +153,8 @@ impl Camera {
         let d = self.distortion.distort_with_jacobian(x.xy() * iz)?;
         let k = &self.intrinsics;
         let k2 = nalgebra::Matrix2::new(k.fx, k.skew, 0.0, k.fy);
-        let by_ideal = k2 * d.by_point;
         let ideal_by_x = Matrix2x3::new(iz, 0.0, -x.x * iz * iz, 0.0, iz, -x.y * iz * iz);
-        let by_x = by_ideal * ideal_by_x;
+        let by_x = k2 * d.by_point * ideal_by_x;
         let mut by_distortion = SMatrix::<f64, 2, MAX_COEFFICIENTS>::zeros();
         for (i, column) in d.by_coefficient.iter().enumerate() {
             by_distortion.set_column(i, &(k2 * column));
@@ -158,8 +166,9 @@ impl Camera {
             by_intrinsics: SMatrix::<f64, 2, 5>::new(u, 0.0, v, 1.0, 0.0, 0.0, v, 0.0, 0.0, 1.0),
             by_distortion,
             by_rotation: -(by_x * skew(&x)),
-            by_centre: -by_point,
+            by_centre: by_point * -weight,
             by_point,
+            by_weight: by_x * self.pose.translation,
         })
     }
 
@@ -271,6 +280,19 @@ mod tests {
                 check("centre", p.by_centre.column(i).into(), &shift, Vector3::zeros());
                 check("point", p.by_point.column(i).into(), &|_| camera, e);
             }
+        }
+    }
+
+    #[test]
+    fn homogeneous_points_project_alike_and_reach_beyond_infinity() {
+        let camera = camera(Distortion::Division(-0.1));
+        let x = Vector3::new(0.4, -0.3, 2.5);
+        let p = camera.project_homogeneous(&(x * 0.3), 0.3).unwrap();
+        assert!((p.pixel - camera.project(&x).unwrap()).norm() < 1e-10);
+        for weight in [0.3, 0.0, -0.01] {
+            let at = |w: f64| camera.project_homogeneous(&(x * 0.3), w).unwrap();
+            let numeric = (at(weight + 1e-7).pixel - at(weight - 1e-7).pixel) / 2e-7;
+            assert!((at(weight).by_weight - numeric).norm() < 1e-5 * (1.0 + numeric.norm()));
         }
     }
 

@@ -136,6 +136,18 @@ pub fn largest_generalised_eigenvector(n: &Matrix12, h: &Matrix12) -> Option<SVe
     p.iter().all(|v| v.is_finite()).then_some(p)
 }
 
+/// Eigenvalues (descending) and their unit eigenvectors of a symmetric 3x3 matrix; `None` when it is
+/// not finite.
+pub fn symmetric_eigen3(m: &Matrix3<f64>) -> Option<([f64; 3], [Vector3<f64>; 3])> {
+    if m.iter().any(|v| !v.is_finite()) {
+        return None;
+    }
+    let eigen = m.try_symmetric_eigen(f64::EPSILON, 1000)?;
+    let mut order = [0, 1, 2];
+    order.sort_by(|&i, &j| eigen.eigenvalues[j].total_cmp(&eigen.eigenvalues[i]));
+    Some((order.map(|i| eigen.eigenvalues[i]), order.map(|i| eigen.eigenvectors.column(i).into_owned())))
+}
+
 /// Inverse of a symmetric positive definite matrix with its condition number after scaling to unit
 /// diagonal; `None` when it is not positive definite to working precision.
 pub fn invert_spd(h: &nalgebra::DMatrix<f64>) -> Option<(nalgebra::DMatrix<f64>, f64)> {

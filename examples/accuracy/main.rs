@@ -1,0 +1,77 @@
+//! `make accuracy`: the figures of the README against truth that nobody tuned to. Prints a table and
+//! writes target/accuracy.json. `accuracy quick` takes a tenth of the runs.
+
+#[path = "../../tests/support/data.rs"]
+mod data;
+mod end_to_end;
+mod outliers;
+mod real;
+mod simulated;
+#[path = "../../tests/support/thesis.rs"]
+mod thesis;
+
+use std::io::Write;
+
+/// One measured figure.
+pub struct Figure {
+    /// As the mathematics notes name it, or the wording.
+    pub goal: &'static str,
+    pub setup: String,
+    pub figure: f64,
+    pub unit: &'static str,
+    /// What it is held against: the Cramer-Rao bound or the truth's tolerance.
+    pub bound: f64,
+    /// figure / bound, or the figure itself where it already is a ratio.
+    pub ratio: f64,
+    pub limit: f64,
+    pub runs: usize,
+}
+
+impl Figure {
+    fn met(&self) -> bool {
+        self.ratio <= self.limit
+    }
+}
+
+fn main() -> std::io::Result<()> {
+    let quick = std::env::args().any(|a| a == "quick");
+    let scale = |runs: usize| if quick { (runs / 10).max(20) } else { runs };
+    let mut figures = Vec::new();
+    println!("{:<6} {:<58} {:>12} {:>12} {:>8} {:>7}", "goal", "set-up", "measured", "bound", "ratio", "limit");
+    let mut report = |new: Vec<Figure>| {
+        for f in &new {
+            println!(
+                "{:<6} {:<58} {:>9.4} {:<2} {:>9.4} {:<2} {:>8.3} {:>7.2} {}",
+                f.goal,
+                f.setup,
+                f.figure,
+                f.unit,
+                f.bound,
+                f.unit,
+                f.ratio,
+                f.limit,
+                if f.met() { "" } else { "MISSED" }
+            );
+        }
+        figures.extend(new);
+    };
+    simulated::run(scale(400), &mut report);
+    outliers::run(scale(1000), &mut report);
+    end_to_end::run(&mut report);
+    real::run(&mut report);
+    let entries: Vec<serde_json::Value> = figures
+        .iter()
+        .map(|f| {
+            serde_json::json!({
+                "goal": f.goal, "setup": f.setup, "figure": f.figure, "unit": f.unit,
+                "bound": f.bound, "ratio": f.ratio, "limit": f.limit, "met": f.met(), "runs": f.runs,
+            })
+        })
+        .collect();
+    let path = data::target().join("accuracy.json");
+    let mut file = std::fs::File::create(&path)?;
+    file.write_all(serde_json::to_string_pretty(&entries)?.as_bytes())?;
+    let missed = figures.iter().filter(|f| !f.met()).count();
+    println!("{} figures, {missed} missed; {}", figures.len(), path.display());
+    Ok(())
+}

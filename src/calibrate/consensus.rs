@@ -1,0 +1,129 @@
+//! Minimal-sample consensus with local optimisation: a projection matrix that half of the points
+//! agree on, and the scale of their noise. Needs no threshold: it minimises the median (Rousseeuw's
+//! least median of squares), so that unmodelled lens distortion or wrong noise cannot mislead it.
+
+use nalgebra::Matrix3x4;
+use rand_chacha::ChaCha8Rng;
+use rand_core::{Rng, SeedableRng};
+
+use super::measurement::Measurement;
+use crate::control::Cancel;
+use crate::error::{Error, Result};
+
+const MAX_SAMPLES: usize = 1000;
+const MIN_SAMPLES: usize = 60;
+/// Candidates are scored on at most this many points.
+const SCORED_POINTS: usize = 400;
+/// Median of a chi-square variable with two degrees of freedom.
+pub(crate) const CHI2_MEDIAN: f64 = 1.386_294_361;
+
+pub(crate) struct Consensus {
+    pub projection: Matrix3x4<f64>,
+    /// Noise in units of the assumed one, from the median distance: too large with outliers, never
+    /// much too small.
+    pub noise_factor: f64,
+}
+
+/// How candidates are made.
+pub(crate) struct Solver<'a> {
+    /// Points in a minimal sample.
+    pub sample: usize,
+    pub minimal: &'a dyn Fn(&[Measurement]) -> Option<Matrix3x4<f64>>,
+    /// From any number of points, for the local optimisation.
+    pub fit: &'a dyn Fn(&[Measurement]) -> Option<Matrix3x4<f64>>,
+}
+
+/// The best candidate. `None` when no sample gave a matrix at all.
+pub(crate) fn search(
+    measurements: &[Measurement],
+    solver: &Solver<'_>,
+    seed: u64,
+    cancel: &Cancel,
+) -> Result<Option<Consensus>> {
+    let n = measurements.len();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let scored: Vec<Measurement> = if n <= SCORED_POINTS {
+        measurements.to_vec()
+    } else {
+        let mut order: Vec<usize> = (0..n).collect();
+        shuffle_front(&mut order, SCORED_POINTS, &mut rng);
+        order[..SCORED_POINTS].iter().map(|&i| measurements[i]).collect()
+    };
+    let mut distances = Vec::with_capacity(n);
+    let mut best: Option<(f64, Matrix3x4<f64>)> = None;
+    // All points at once: the answer when there are no outliers.
+    if let Some(p) = (solver.fit)(measurements) {
+        best = Some((median(&scored, &p, &mut distances), p));
+    }
+    let mut order: Vec<usize> = (0..n).collect();
+    let mut needed = MAX_SAMPLES;
+    let mut tried = 0;
+    while tried < needed && n > solver.sample {
+        if tried % 16 == 0 && cancel.is_cancelled() {
+            return Err(Error::Cancelled);
+        }
+        tried += 1;
+        shuffle_front(&mut order, solver.sample, &mut rng);
+        let sample: Vec<Measurement> = order[..solver.sample].iter().map(|&i| measurements[i]).collect();
+        let Some(p) = (solver.minimal)(&sample) else { continue };
+        let score = median(&scored, &p, &mut distances);
+        if best.as_ref().is_some_and(|(b, _)| score >= *b) {
+            continue;
+        }
+        let (score, p) = optimise_locally(&scored, solver, score, p, &mut distances);
+        best = Some((score, p));
+        needed = samples_needed(&scored, &p, score, solver.sample, tried);
+    }
+    Ok(best.filter(|(score, _)| score.is_finite()).map(|(score, projection)| {
+        // The sample fits itself: Rousseeuw's correction for small sets.
+        let small = 1.0 + 5.0 / (n - solver.sample).max(1) as f64;
+        Consensus { projection, noise_factor: small * (score / CHI2_MEDIAN).sqrt() }
+    }))
+}
+
+/// Fits the better half of the points again and again while that lowers the median.
+fn optimise_locally(
+    scored: &[Measurement],
+    solver: &Solver<'_>,
+    mut score: f64,
+    mut p: Matrix3x4<f64>,
+    distances: &mut Vec<f64>,
+) -> (f64, Matrix3x4<f64>) {
+    for _ in 0..4 {
+        let half: Vec<Measurement> = scored.iter().filter(|m| m.distance_by_matrix(&p) <= score).copied().collect();
+        let Some(q) = (solver.fit)(&half) else { break };
+        let next = median(scored, &q, distances);
+        if next.is_nan() || next >= score {
+            break;
+        }
+        (score, p) = (next, q);
+    }
+    (score, p)
+}
+
+/// The median of the distances.
+fn median(scored: &[Measurement], p: &Matrix3x4<f64>, distances: &mut Vec<f64>) -> f64 {
+    distances.clear();
+    distances.extend(scored.iter().map(|m| m.distance_by_matrix(p)));
+    *distances.select_nth_unstable_by(scored.len() / 2, f64::total_cmp).1
+}
+
+/// Samples after which a clean one has been missed with a chance below 1e-9, a third of the clean
+/// ones counted as useless for their geometry.
+fn samples_needed(scored: &[Measurement], p: &Matrix3x4<f64>, score: f64, sample: usize, tried: usize) -> usize {
+    let limit = score / CHI2_MEDIAN * 9.2;
+    let inliers = scored.iter().filter(|m| m.distance_by_matrix(p) <= limit).count();
+    let ratio = inliers as f64 / scored.len() as f64;
+    let clean = ratio.powi(sample as i32) * 0.67;
+    let needed = (1e-9f64.ln() / (1.0 - clean).ln()).ceil();
+    (needed as usize).clamp(MIN_SAMPLES.max(tried), MAX_SAMPLES)
+}
+
+/// Puts a random selection of `count` entries first (a partial Fisher-Yates shuffle).
+fn shuffle_front(order: &mut [usize], count: usize, rng: &mut ChaCha8Rng) {
+    for i in 0..count {
+        let left = (order.len() - i) as u64;
+        let j = i + ((rng.next_u64() as u128 * left as u128) >> 64) as usize;
+        order.swap(i, j);
+    }
+}

@@ -1,0 +1,128 @@
+//! One form for all observations: a homogeneous point that is linear in an unknown inverse depth.
+
+use nalgebra::{Matrix2, Matrix3x4, SMatrix, Vector2, Vector4};
+
+use super::correspondences::Observation;
+use crate::geometry::Camera;
+use crate::geometry::linalg::symmetric_eigen3;
+
+/// X(rho) = base + rho * slope, rho ~ N(measured, sigma_rho^2), seen at `pixel`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Measurement {
+    base: Vector4<f64>,
+    slope: Vector4<f64>,
+    /// Measured inverse depth; 0 for points.
+    pub rho: f64,
+    /// 0 when there is no unknown depth.
+    pub sigma_rho: f64,
+    /// Square root of a point's covariance, one homogeneous column each; zero when exact.
+    world_root: SMatrix<f64, 4, 3>,
+    has_world_covariance: bool,
+    pub pixel: Vector2<f64>,
+    pub pixel_covariance: Matrix2<f64>,
+    /// The pixel's noise is not known but assumed.
+    pub assumed_noise: bool,
+}
+
+impl Measurement {
+    /// `pixel_sigma`: noise of pixels without a covariance of their own.
+    pub fn new(observation: &Observation, pixel_sigma: f64, sigma_is_assumed: bool) -> Self {
+        match observation {
+            Observation::Shot { shot, pixel, pixel_covariance } => Self {
+                base: shot.direction.push(0.0),
+                slope: shot.origin.push(1.0),
+                rho: shot.rho,
+                sigma_rho: shot.variance.sqrt(),
+                world_root: SMatrix::zeros(),
+                has_world_covariance: false,
+                pixel: *pixel,
+                pixel_covariance: *pixel_covariance,
+                assumed_noise: false,
+            },
+            Observation::Point { world, world_covariance, pixel, pixel_covariance } => {
+                let mut world_root = SMatrix::<f64, 4, 3>::zeros();
+                if let Some((values, axes)) = world_covariance.as_ref().and_then(symmetric_eigen3) {
+                    // Eigenvectors times root eigenvalues: right for semi-definite matrices too.
+                    for i in 0..3 {
+                        let column = axes[i] * values[i].max(0.0).sqrt();
+                        world_root.fixed_view_mut::<3, 1>(0, i).copy_from(&column);
+                    }
+                }
+                Self {
+                    base: world.push(1.0),
+                    slope: Vector4::zeros(),
+                    rho: 0.0,
+                    sigma_rho: 0.0,
+                    world_root,
+                    has_world_covariance: world_covariance.is_some(),
+                    pixel: *pixel,
+                    pixel_covariance: pixel_covariance
+                        .unwrap_or_else(|| Matrix2::identity() * (pixel_sigma * pixel_sigma)),
+                    assumed_noise: pixel_covariance.is_none() && sigma_is_assumed,
+                }
+            }
+        }
+    }
+
+    pub fn has_depth(&self) -> bool {
+        self.sigma_rho > 0.0
+    }
+
+    pub fn has_world_covariance(&self) -> bool {
+        self.has_world_covariance
+    }
+
+    pub fn homogeneous(&self, rho: f64) -> Vector4<f64> {
+        self.base + self.slope * rho
+    }
+
+    pub fn slope(&self) -> &Vector4<f64> {
+        &self.slope
+    }
+
+    /// Independent unit-variance errors of the homogeneous point, one column each (shots: one).
+    pub fn noise_columns(&self) -> impl Iterator<Item = Vector4<f64>> + '_ {
+        let depth = self.has_depth().then(|| self.slope * self.sigma_rho);
+        let world = if self.has_world_covariance { 3 } else { 0 };
+        depth.into_iter().chain((0..world).map(|i| self.world_root.column(i).into_owned()))
+    }
+
+    /// Squared Mahalanobis distance of the pixel from its prediction by a pinhole matrix, errors of
+    /// the point included to first order; infinite behind the camera (P scaled to depths > 0).
+    pub fn distance_by_matrix(&self, p: &Matrix3x4<f64>) -> f64 {
+        let y = p * self.homogeneous(self.rho);
+        if y.z.is_nan() || y.z <= 0.0 {
+            return f64::INFINITY;
+        }
+        let image = y.xy() / y.z;
+        let mut covariance = self.pixel_covariance;
+        for column in self.noise_columns() {
+            let e = p * column;
+            let g = (e.xy() - image * e.z) / y.z;
+            covariance += g * g.transpose();
+        }
+        squared_distance(&(self.pixel - image), &covariance)
+    }
+
+    /// Residual (measured minus predicted, px) at the measured depth, and its first-order covariance.
+    pub fn residual(&self, camera: &Camera) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+        let x = self.homogeneous(self.rho);
+        let p = camera.project_homogeneous(&x.xyz(), x.w)?;
+        let mut covariance = self.pixel_covariance;
+        for column in self.noise_columns() {
+            let g = p.by_point * column.xyz() + p.by_weight * column.w;
+            covariance += g * g.transpose();
+        }
+        Some((self.pixel - p.pixel, covariance))
+    }
+
+    /// Like [`distance_by_matrix`](Self::distance_by_matrix), for a camera with its lens.
+    pub fn distance(&self, camera: &Camera) -> f64 {
+        self.residual(camera).map_or(f64::INFINITY, |(r, c)| squared_distance(&r, &c))
+    }
+}
+
+fn squared_distance(r: &Vector2<f64>, c: &Matrix2<f64>) -> f64 {
+    let d = (c.m22 * r.x * r.x - 2.0 * c.m12 * r.x * r.y + c.m11 * r.y * r.y) / c.determinant();
+    if d.is_finite() { d } else { f64::INFINITY }
+}

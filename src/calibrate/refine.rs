@@ -1,0 +1,346 @@
+//! Maximum-likelihood refinement: Levenberg-Marquardt on the reprojection error in the distorted
+//! image, with one inverse depth per laser shot eliminated by its Schur complement (maths.md 9.3) and
+//! soft priors on skew and aspect.
+
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2, Vector3};
+
+use super::measurement::Measurement;
+use super::{CalibrationOptions, DistortionModel};
+use crate::control::Cancel;
+use crate::error::{Error, Result};
+use crate::geometry::linalg::invert_spd;
+use crate::geometry::rigid::exp;
+use crate::geometry::{Camera, Distortion, Intrinsics, Rigid};
+
+/// All parameters: fx fy skew cx cy, five distortion coefficients, rotation, centre.
+pub(crate) const ALL: usize = 16;
+const DISTORTION: usize = 5;
+const ROTATION: usize = 10;
+const CENTRE: usize = 13;
+
+type Row = [f64; ALL];
+
+/// Which combinations of the parameters are free, and what is believed of them beforehand.
+#[derive(Debug, Clone)]
+pub(crate) struct Freedom {
+    /// One direction in parameter space for each unknown.
+    columns: Vec<Row>,
+    /// Residuals of priors, linear in the parameters: row . parameters ~ N(0, 1), lens scale divided out.
+    priors: Vec<Row>,
+}
+
+impl Freedom {
+    pub fn of(options: &CalibrationOptions) -> Self {
+        let unit = |i: usize| -> Row { std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }) };
+        let (mut columns, mut priors) = (Vec::new(), Vec::new());
+        if options.fixed_lens.is_none() {
+            if options.aspect_sigma > 0.0 {
+                columns.extend([unit(0), unit(1)]);
+                let mut aspect = [0.0; ALL];
+                (aspect[0], aspect[1]) = (1.0 / options.aspect_sigma, -1.0 / options.aspect_sigma);
+                priors.push(aspect);
+            } else {
+                let mut both = unit(0);
+                both[1] = 1.0;
+                columns.push(both);
+            }
+            if options.skew_sigma > 0.0 {
+                columns.push(unit(2));
+                let mut skew = [0.0; ALL];
+                skew[2] = 1.0 / options.skew_sigma;
+                priors.push(skew);
+            }
+            columns.extend([unit(3), unit(4)]);
+            let coefficients: &[usize] = match options.distortion {
+                DistortionModel::None => &[],
+                DistortionModel::Radial1 | DistortionModel::Division => &[0],
+                DistortionModel::Radial2 => &[0, 1],
+                DistortionModel::BrownConrady => &[0, 1, 2, 3, 4],
+            };
+            columns.extend(coefficients.iter().map(|i| unit(DISTORTION + i)));
+        }
+        columns.extend((ROTATION..ALL).map(unit));
+        Self { columns, priors }
+    }
+
+    pub fn count(&self) -> usize {
+        self.columns.len()
+    }
+}
+
+/// A model without distortion of the kind that `model` fits.
+pub(crate) fn blank_distortion(model: DistortionModel) -> Distortion {
+    match model {
+        DistortionModel::None => Distortion::None,
+        DistortionModel::Division => Distortion::Division(0.0),
+        _ => Distortion::BrownConrady([0.0; 5]),
+    }
+}
+
+pub(crate) struct Refined {
+    pub camera: Camera,
+    /// Of all sixteen parameters; zero where not free.
+    pub covariance: DMatrix<f64>,
+    /// Standard deviation of ln(focal length), priors included.
+    pub focal_deviation: f64,
+    pub condition: f64,
+    /// Sum of squared whitened residuals of pixels and depths.
+    pub chi2: f64,
+    pub iterations: usize,
+}
+
+/// What the linearisation at one estimate gives.
+struct System {
+    h: DMatrix<f64>,
+    g: DVector<f64>,
+    /// Data and priors.
+    cost: f64,
+    chi2: f64,
+    /// Of the eliminated inverse depths, in the order of the shots.
+    depths: Vec<Depth>,
+}
+
+/// One eliminated inverse depth: its information, gradient, and coupling to the free parameters.
+struct Depth {
+    information: f64,
+    gradient: f64,
+    coupling: Row,
+}
+
+/// Refines `camera` on `measurements`, whose assumed noises are multiplied by `noise_factor`.
+///
+/// # Errors
+/// `NoConvergence`, `Cancelled`, `Degenerate` when the normal equations are singular.
+pub(crate) fn refine(
+    measurements: &[Measurement],
+    camera: Camera,
+    freedom: &Freedom,
+    noise_factor: f64,
+    max_iterations: usize,
+    cancel: &Cancel,
+) -> Result<Refined> {
+    let focal = camera.intrinsics.fx;
+    let weights = whitenings(measurements, &camera, noise_factor)?;
+    let mut state = camera;
+    let mut rhos: Vec<f64> = measurements.iter().map(|m| m.rho).collect();
+    let mut system = linearise(measurements, &weights, &state, &rhos, freedom, focal)
+        .ok_or_else(|| no_convergence(0, "a point is behind the first estimate of the camera"))?;
+    let mut damping = 1e-4;
+    let mut converged = false;
+    let mut iterations = 0;
+    while iterations < max_iterations && !converged {
+        cancel.check()?;
+        iterations += 1;
+        let step = solve(&system, damping);
+        let next = step.as_ref().and_then(|step| {
+            let next_state = moved(&state, freedom, step)?;
+            let mut next_rhos = rhos.clone();
+            let mut shots = system.depths.iter();
+            for (m, rho) in measurements.iter().zip(&mut next_rhos) {
+                if m.has_depth() {
+                    let d = shots.next()?;
+                    let moved: f64 = d.coupling.iter().zip(step.iter()).map(|(b, s)| b * s).sum();
+                    *rho += (d.gradient - moved) / (d.information * (1.0 + damping));
+                }
+            }
+            let next_system = linearise(measurements, &weights, &next_state, &next_rhos, freedom, focal)?;
+            (next_system.cost <= system.cost * (1.0 + 1e-12)).then_some((next_state, next_rhos, next_system))
+        });
+        match (next, step) {
+            (Some((next_state, next_rhos, next_system)), Some(step)) => {
+                // Steps far below the noise change nothing that matters; so does standing still.
+                let size = step.dot(&(&system.h * &step));
+                let gain = system.cost - next_system.cost;
+                converged = (size < 1e-10 && damping < 1.0) || gain <= 1e-14 * (1e-12 + system.cost) && damping < 1e-2;
+                (state, rhos, system) = (next_state, next_rhos, next_system);
+                damping = (damping * 0.1).max(1e-12);
+            }
+            _ => {
+                damping *= 10.0;
+                if damping > 1e12 {
+                    // No downhill step of any length: at the minimum to rounding.
+                    converged = system.g.norm() <= 1e-3 * system.h.diagonal().map(f64::sqrt).norm();
+                    break;
+                }
+            }
+        }
+    }
+    if !converged {
+        return Err(no_convergence(iterations, format!("cost {:.6e}, damping {damping:.1e}", system.cost)));
+    }
+    let (inverse, condition) = invert_spd(&system.h).ok_or_else(|| {
+        Error::degenerate(crate::error::Degeneracy::IllConditioned, "the normal equations are singular")
+    })?;
+    let s = DMatrix::from_fn(ALL, freedom.count(), |i, j| freedom.columns[j][i]);
+    let covariance = &s * inverse * s.transpose();
+    let focal_deviation = covariance[(0, 0)].max(covariance[(1, 1)]).max(0.0).sqrt() / state.intrinsics.fx;
+    Ok(Refined { camera: state, covariance, focal_deviation, condition, chi2: system.chi2, iterations })
+}
+
+fn no_convergence(iterations: usize, detail: impl Into<String>) -> Error {
+    Error::NoConvergence { iterations, detail: detail.into() }
+}
+
+/// Per measurement L^-1 with L L^T the covariance of its pixel; a point's own covariance is
+/// propagated at the given camera and then held.
+fn whitenings(measurements: &[Measurement], camera: &Camera, noise_factor: f64) -> Result<Vec<Matrix2<f64>>> {
+    measurements
+        .iter()
+        .enumerate()
+        .map(|(index, m)| {
+            let factor = if m.assumed_noise { noise_factor * noise_factor } else { 1.0 };
+            let mut c = m.pixel_covariance * factor;
+            if m.has_world_covariance() {
+                let x = m.homogeneous(m.rho);
+                let p = camera.project_homogeneous(&x.xyz(), x.w).ok_or(Error::BehindCamera { index })?;
+                for column in m.noise_columns() {
+                    let g = p.by_point * column.xyz();
+                    c += g * g.transpose();
+                }
+            }
+            let l11 = c.m11.sqrt();
+            let l21 = c.m21 / l11;
+            let l22 = (c.m22 - l21 * l21).sqrt();
+            let w = Matrix2::new(1.0 / l11, 0.0, -l21 / (l11 * l22), 1.0 / l22);
+            let ok = w.iter().all(|v| v.is_finite());
+            if ok { Ok(w) } else { Err(Error::invalid("covariance", format!("of point {index} is singular"))) }
+        })
+        .collect()
+}
+
+fn parameters(camera: &Camera) -> Row {
+    let mut p = [0.0; ALL];
+    p[..5].copy_from_slice(&camera.intrinsics.to_array());
+    let k = camera.distortion.coefficients();
+    p[DISTORTION..DISTORTION + k.len()].copy_from_slice(k);
+    p
+}
+
+/// Normal equations at an estimate, inverse depths eliminated; `None` when a point cannot be projected.
+fn linearise(
+    measurements: &[Measurement],
+    weights: &[Matrix2<f64>],
+    camera: &Camera,
+    rhos: &[f64],
+    freedom: &Freedom,
+    focal: f64,
+) -> Option<System> {
+    let n = freedom.count();
+    let mut h = [[0.0; ALL]; ALL];
+    let mut g = [0.0; ALL];
+    let mut cost = 0.0;
+    let mut depths = Vec::with_capacity(measurements.len());
+    let mut j = [[0.0; ALL]; 2];
+    for ((m, w), &rho) in measurements.iter().zip(weights).zip(rhos) {
+        let x = m.homogeneous(rho);
+        let p = camera.project_homogeneous(&x.xyz(), x.w)?;
+        let r = w * (m.pixel - p.pixel);
+        cost += r.norm_squared();
+        let full = full_jacobian(&p);
+        for (k, column) in freedom.columns.iter().enumerate() {
+            let white = w * combine(&full, column);
+            (j[0][k], j[1][k]) = (white.x, white.y);
+        }
+        accumulate(&mut h, &j[0], 1.0, n);
+        accumulate(&mut h, &j[1], 1.0, n);
+        for (a, g) in g.iter_mut().enumerate() {
+            *g += j[0][a] * r.x + j[1][a] * r.y;
+        }
+        if m.has_depth() {
+            let slope = w * (p.by_point * m.slope().xyz() + p.by_weight * m.slope().w);
+            let stated = 1.0 / (m.sigma_rho * m.sigma_rho);
+            let off = m.rho - rho;
+            cost += off * off * stated;
+            let information = slope.norm_squared() + stated;
+            let gradient = slope.dot(&r) + off * stated;
+            let coupling: Row = std::array::from_fn(|a| slope.x * j[0][a] + slope.y * j[1][a]);
+            accumulate(&mut h, &coupling, -1.0 / information, n);
+            for (g, b) in g.iter_mut().zip(&coupling) {
+                *g -= b * gradient / information;
+            }
+            depths.push(Depth { information, gradient, coupling });
+        }
+    }
+    let chi2 = cost;
+    let now = parameters(camera);
+    for prior in &freedom.priors {
+        let value: f64 = prior.iter().zip(&now).map(|(a, b)| a * b).sum::<f64>() / focal;
+        cost += value * value;
+        let mut row = [0.0; ALL];
+        for (r, column) in row.iter_mut().zip(&freedom.columns) {
+            *r = column.iter().zip(prior).map(|(a, b)| a * b).sum::<f64>() / focal;
+        }
+        accumulate(&mut h, &row, 1.0, n);
+        for (g, r) in g.iter_mut().zip(&row) {
+            *g -= r * value;
+        }
+    }
+    let h = DMatrix::from_fn(n, n, |a, b| if a <= b { h[a][b] } else { h[b][a] });
+    let g = DVector::from_column_slice(&g[..n]);
+    cost.is_finite().then_some(System { h, g, cost, chi2, depths })
+}
+
+/// Adds weight * row^T row to the upper triangle of the first `n` rows.
+fn accumulate(h: &mut [[f64; ALL]; ALL], row: &Row, weight: f64, n: usize) {
+    for (a, h) in h.iter_mut().enumerate().take(n) {
+        let scaled = weight * row[a];
+        for (h, r) in h[a..n].iter_mut().zip(&row[a..n]) {
+            *h += scaled * r;
+        }
+    }
+}
+
+/// d pixel / d each of the sixteen parameters.
+fn full_jacobian(p: &crate::geometry::camera::Projection) -> [Vector2<f64>; ALL] {
+    std::array::from_fn(|i| match i {
+        0..DISTORTION => p.by_intrinsics.column(i).into(),
+        DISTORTION..ROTATION => p.by_distortion.column(i - DISTORTION).into(),
+        ROTATION..CENTRE => p.by_rotation.column(i - ROTATION).into(),
+        _ => p.by_centre.column(i - CENTRE).into(),
+    })
+}
+
+fn combine(full: &[Vector2<f64>; ALL], column: &Row) -> Vector2<f64> {
+    full.iter().zip(column).filter(|(_, c)| **c != 0.0).map(|(v, c)| v * *c).sum()
+}
+
+/// (H + damping diag H) step = g.
+fn solve(system: &System, damping: f64) -> Option<DVector<f64>> {
+    let n = system.g.len();
+    let d: Vec<f64> = (0..n).map(|i| system.h[(i, i)]).collect();
+    if d.iter().any(|v| v.is_nan() || *v <= 0.0) {
+        return None;
+    }
+    let scale = DVector::from_iterator(n, d.iter().map(|v| 1.0 / v.sqrt()));
+    let mut a = DMatrix::from_fn(n, n, |i, k| system.h[(i, k)] * scale[i] * scale[k]);
+    for i in 0..n {
+        a[(i, i)] += damping;
+    }
+    let y = nalgebra::Cholesky::new(a)?.solve(&system.g.component_mul(&scale));
+    let step = y.component_mul(&scale);
+    step.iter().all(|v| v.is_finite()).then_some(step)
+}
+
+/// The camera after a step; `None` when a focal length would not be positive.
+fn moved(camera: &Camera, freedom: &Freedom, step: &DVector<f64>) -> Option<Camera> {
+    let mut change = [0.0; ALL];
+    for (column, s) in freedom.columns.iter().zip(step.iter()) {
+        for (c, k) in change.iter_mut().zip(column) {
+            *c += k * s;
+        }
+    }
+    let k = camera.intrinsics.to_array();
+    let intrinsics = Intrinsics::from_array(std::array::from_fn(|i| k[i] + change[i]));
+    let mut distortion = camera.distortion;
+    for (k, c) in distortion.coefficients_mut().iter_mut().zip(&change[DISTORTION..ROTATION]) {
+        *k += c;
+    }
+    let turn = Vector3::from_column_slice(&change[ROTATION..CENTRE]);
+    let centre = camera.centre() + Vector3::from_column_slice(&change[CENTRE..]);
+    // A turn of more than a quarter is never a good step, and repeated products drift: both are mended here.
+    if turn.norm() > 1.5 || intrinsics.fx <= 0.0 || intrinsics.fy <= 0.0 {
+        return None;
+    }
+    let rotation = crate::geometry::rigid::nearest_rotation(&(exp(&turn) * camera.pose.rotation))?;
+    Some(Camera { intrinsics, distortion, pose: Rigid::from_centre(rotation, &centre), ..*camera })
+}

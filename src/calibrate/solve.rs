@@ -1,0 +1,295 @@
+//! The calibration as a whole: gates, consensus, refinement, outliers set aside, verdict.
+
+use nalgebra::{DMatrix, Vector2};
+
+use super::consensus::CHI2_MEDIAN;
+use super::measurement::Measurement;
+use super::refine::{ALL, Freedom, Refined, blank_distortion, refine};
+use super::spread::{self, Noise};
+use super::start::{Search, Start};
+use super::{Calibration, CalibrationOptions, Correspondences, Observation};
+use crate::error::{Degeneracy, Error, Result};
+use crate::geometry::Camera;
+
+/// Squared Mahalanobis distance beyond which a point is an outlier: a chance of 1 in 1000.
+const OUTLIER: f64 = 13.8;
+/// Residuals above this part of the image's diagonal mean that nothing was calibrated.
+const MAX_RMS: f64 = 0.02;
+/// Noise when nobody said: only its ratio to the estimate matters.
+const ASSUMED_SIGMA: f64 = 1.0;
+const MAX_ROUNDS: usize = 20;
+
+/// Calibrates one camera from its 2D-3D set: closed form by consensus, then maximum likelihood.
+///
+/// Laser shots enter with one unknown inverse depth each, points with a covariance by their
+/// propagated noise, exact points as they are (maths.md sections 3 and 9).
+///
+/// # Errors
+/// `TooFewPoints`, `Degenerate` (with what to add), `NoConsensus`, `NoConvergence`,
+/// `LensNotMonotone`, `BehindCamera` (only when not robust), `InvalidArgument`, `Cancelled`.
+pub fn calibrate_camera(set: &Correspondences, options: &CalibrationOptions) -> Result<Calibration> {
+    validate(options)?;
+    let freedom = Freedom::of(options);
+    // Two equations a point; a pose alone starts from four points in a plane or six in space.
+    let minimum = if options.fixed_lens.is_some() { 4 } else { super::dlt::MIN_POINTS };
+    let needed = minimum.max(freedom.count().div_ceil(2));
+    if set.len() < needed {
+        return Err(Error::TooFewPoints { given: set.len(), needed });
+    }
+    let sigma = options.pixel_sigma.unwrap_or(ASSUMED_SIGMA);
+    let measurements: Vec<Measurement> =
+        set.observations().iter().map(|o| Measurement::new(o, sigma, options.pixel_sigma.is_none())).collect();
+    let known = options.fixed_lens.is_some();
+    let planar = spread::check(&measurements, known, needed, Noise::Ignored)?;
+    check_image(set, &measurements)?;
+
+    let search = Search {
+        width: set.width(),
+        height: set.height(),
+        robust: options.robust,
+        seed: options.seed,
+        cancel: &options.cancel,
+    };
+    let start = match &options.fixed_lens {
+        Some(lens) => search.pose(&measurements, lens, planar),
+        None => search.projection(&measurements),
+    };
+    let fitter = Fitter { measurements: &measurements, freedom: &freedom, options, needed };
+    let mut fitted = start.and_then(|s| fitter.run(s));
+    if !known && fitted.as_ref().map_or_else(is_geometry, |f| !plausible(&f.refined.camera)) {
+        for guess in search.guesses(&measurements) {
+            let other = fitter.run(guess);
+            if let Ok(other) = other
+                && fitted.as_ref().map_or(true, |f| better(&other, f))
+            {
+                fitted = Ok(other);
+            }
+        }
+    }
+    let fitted = fitted.map_err(|e| {
+        // A fit that fails on points without relief fails because of that.
+        if is_geometry(&e) { spread::check(&measurements, known, needed, Noise::Counted).err().unwrap_or(e) } else { e }
+    })?;
+    let inliers: Vec<Measurement> = select(&measurements, &fitted.inliers);
+    // Again without the outliers, which can lend relief to a plane.
+    spread::check(&inliers, known, needed, Noise::Counted)?;
+    verdict(set, &measurements, options, fitted)
+}
+
+fn is_geometry(e: &Error) -> bool {
+    matches!(e, Error::NoConvergence { .. } | Error::Degenerate { .. } | Error::NoConsensus { .. })
+}
+
+/// Could this be a camera at all? Far outside it a better start is looked for.
+fn plausible(camera: &Camera) -> bool {
+    let k = &camera.intrinsics;
+    let (w, h) = (camera.width as f64, camera.height as f64);
+    let ratio = k.fx / k.fy;
+    (0.8..1.25).contains(&ratio)
+        && (0.1..50.0).contains(&(k.fx / w))
+        && (-0.5..1.5).contains(&(k.cx / w))
+        && (-0.5..1.5).contains(&(k.cy / h))
+}
+
+fn better(a: &Fitted, b: &Fitted) -> bool {
+    let count = |f: &Fitted| f.inliers.iter().filter(|i| **i).count();
+    (plausible(&a.refined.camera), count(a)) > (plausible(&b.refined.camera), count(b))
+}
+
+fn validate(options: &CalibrationOptions) -> Result<()> {
+    let sigma = |name, value: f64| {
+        if value.is_nan() || value < 0.0 {
+            Err(Error::invalid(name, format!("{value} is no standard deviation")))
+        } else {
+            Ok(())
+        }
+    };
+    sigma("skew_sigma", options.skew_sigma)?;
+    sigma("aspect_sigma", options.aspect_sigma)?;
+    sigma("max_focal_deviation", options.max_focal_deviation)?;
+    if let Some(s) = options.pixel_sigma
+        && !(s.is_finite() && s > 0.0)
+    {
+        return Err(Error::invalid("pixel_sigma", format!("{s} is not positive")));
+    }
+    if options.max_iterations == 0 {
+        return Err(Error::invalid("max_iterations", "0"));
+    }
+    if let Some((k, d)) = &options.fixed_lens {
+        let camera =
+            Camera { width: 1, height: 1, intrinsics: *k, distortion: *d, pose: crate::geometry::Rigid::identity() };
+        camera.validate()?;
+    }
+    Ok(())
+}
+
+/// The image points must cover some of the image, and belong to it at all.
+fn check_image(set: &Correspondences, measurements: &[Measurement]) -> Result<()> {
+    let (w, h) = (set.width() as f64, set.height() as f64);
+    let (mut low, mut high) = (measurements[0].pixel, measurements[0].pixel);
+    for m in measurements {
+        low = low.inf(&m.pixel);
+        high = high.sup(&m.pixel);
+    }
+    let extent = (high - low).norm();
+    if extent < 1e-3 * w.hypot(h) {
+        let detail = format!("the image points span {extent:.3} px");
+        return Err(Error::degenerate(Degeneracy::ImageCollapsed, detail));
+    }
+    let inside =
+        |m: &&Measurement| m.pixel.x > -0.5 * w && m.pixel.x < 1.5 * w && m.pixel.y > -0.5 * h && m.pixel.y < 1.5 * h;
+    if measurements.iter().filter(inside).count() * 2 < measurements.len() {
+        return Err(Error::invalid("uv", format!("most image points lie far outside the {w} x {h} image")));
+    }
+    Ok(())
+}
+
+fn select(measurements: &[Measurement], mask: &[bool]) -> Vec<Measurement> {
+    measurements.iter().zip(mask).filter(|(_, i)| **i).map(|(m, _)| *m).collect()
+}
+
+struct Fitted {
+    refined: Refined,
+    inliers: Vec<bool>,
+    noise_factor: f64,
+}
+
+struct Fitter<'a> {
+    measurements: &'a [Measurement],
+    freedom: &'a Freedom,
+    options: &'a CalibrationOptions,
+    needed: usize,
+}
+
+impl Fitter<'_> {
+    /// Refines and sets outliers aside in turn until the set stands still.
+    fn run(&self, start: Start) -> Result<Fitted> {
+        let mut camera = start.camera;
+        if self.options.fixed_lens.is_none() {
+            camera.distortion = blank_distortion(self.options.distortion);
+        }
+        let mut factor = self.floor(start.noise_factor);
+        let mut inliers = self.classify(&camera, factor)?;
+        for round in 0..MAX_ROUNDS {
+            let subset = select(self.measurements, &inliers);
+            let refined = self.refine(&subset, camera, factor)?;
+            camera = refined.camera;
+            factor = self.floor(self.noise_factor(&subset, &camera));
+            let next = self.classify(&camera, factor)?;
+            // The first rounds bring in the lens; then a set that stands still is final.
+            if (next == inliers && round > 0) || !self.options.robust || round + 1 == MAX_ROUNDS {
+                return self.finish(camera, next, factor);
+            }
+            inliers = next;
+        }
+        Err(Error::Internal { reason: "refinement rounds ran out".into() })
+    }
+
+    /// The last refinement, at the noise that its own residuals show.
+    fn finish(&self, camera: Camera, inliers: Vec<bool>, factor: f64) -> Result<Fitted> {
+        let subset = select(self.measurements, &inliers);
+        let mut refined = self.refine(&subset, camera, factor)?;
+        let freedom = (2 * subset.len()).saturating_sub(self.freedom.count());
+        let spread = if freedom > 0 { (refined.chi2 / freedom as f64).sqrt() } else { 1.0 };
+        let assumed = subset.iter().any(|m| m.assumed_noise);
+        let mut noise_factor = spread;
+        if assumed {
+            noise_factor = self.floor(factor * spread);
+            refined = self.refine(&subset, refined.camera, noise_factor)?;
+        } else if spread > significant(freedom) {
+            // Known noises that the residuals contradict: the covariance says what the data show.
+            refined.covariance *= spread * spread;
+            refined.focal_deviation *= spread;
+        }
+        Ok(Fitted { refined, inliers, noise_factor })
+    }
+
+    fn refine(&self, subset: &[Measurement], camera: Camera, factor: f64) -> Result<Refined> {
+        refine(subset, camera, self.freedom, factor, self.options.max_iterations, &self.options.cancel)
+    }
+
+    /// Noise from the median distance of a set, in units of the assumed one.
+    fn noise_factor(&self, subset: &[Measurement], camera: &Camera) -> f64 {
+        let mut d: Vec<f64> = subset.iter().map(|m| m.distance(camera)).collect();
+        let rank = ((d.len() + self.needed) / 2).min(d.len() - 1);
+        (*d.select_nth_unstable_by(rank, f64::total_cmp).1 / CHI2_MEDIAN).sqrt()
+    }
+
+    /// A stated noise is never taken for smaller; an assumed one has no floor but rounding.
+    fn floor(&self, factor: f64) -> f64 {
+        let stated = !self.measurements.iter().any(|m| m.assumed_noise);
+        factor.max(if stated { 1.0 } else { 1e-6 })
+    }
+
+    fn classify(&self, camera: &Camera, factor: f64) -> Result<Vec<bool>> {
+        let limit = if self.options.robust { OUTLIER * factor * factor } else { f64::MAX };
+        let mask: Vec<bool> = self.measurements.iter().map(|m| m.distance(camera) <= limit).collect();
+        if !self.options.robust
+            && let Some(index) = mask.iter().position(|i| !i)
+        {
+            return Err(Error::BehindCamera { index });
+        }
+        let count = mask.iter().filter(|i| **i).count();
+        let total = mask.len();
+        if count < self.needed || count * 5 < total * 2 {
+            return Err(Error::NoConsensus { inliers: count, total });
+        }
+        Ok(mask)
+    }
+}
+
+/// Ratio of observed to stated noise that chance exceeds once in 1000 (normal approximation).
+fn significant(freedom: usize) -> f64 {
+    1.0 + 3.1 / (2.0 * freedom.max(1) as f64).sqrt()
+}
+
+/// The last gates, and the answer.
+fn verdict(
+    set: &Correspondences,
+    measurements: &[Measurement],
+    options: &CalibrationOptions,
+    fitted: Fitted,
+) -> Result<Calibration> {
+    let Fitted { refined, inliers, noise_factor } = fitted;
+    let camera = refined.camera;
+    let residuals: Vec<Vector2<f64>> =
+        measurements.iter().map(|m| m.residual(&camera).map_or(Vector2::repeat(f64::INFINITY), |(r, _)| r)).collect();
+    let used = inliers.iter().filter(|i| **i).count();
+    let sum: f64 = residuals.iter().zip(&inliers).filter(|(_, i)| **i).map(|(r, _)| r.norm_squared()).sum();
+    let rms = (sum / used as f64).sqrt();
+    let diagonal = (set.width() as f64).hypot(set.height() as f64);
+    // Shots carry their own depth noise into the residual; points must simply fit.
+    let shots = set.observations().iter().any(|o| matches!(o, Observation::Shot { .. }));
+    if !shots && rms > MAX_RMS * diagonal {
+        return Err(Error::NoConsensus { inliers: 0, total: measurements.len() });
+    }
+    if options.fixed_lens.is_none() {
+        let deviation = refined.focal_deviation;
+        if deviation.is_nan() || deviation > options.max_focal_deviation {
+            let detail = format!(
+                "the focal length is determined to {:.1} % only (limit {:.1} %)",
+                100.0 * deviation,
+                100.0 * options.max_focal_deviation
+            );
+            return Err(Error::degenerate(Degeneracy::NoRelief, detail));
+        }
+        camera.check_lens()?;
+    }
+    let covariance = compact(&refined.covariance, camera.distortion.coefficients().len());
+    Ok(Calibration {
+        camera,
+        covariance,
+        residuals,
+        inliers,
+        rms,
+        noise_factor,
+        condition: refined.condition,
+        iterations: refined.iterations,
+    })
+}
+
+/// Leaves out the distortion coefficients that the model does not have.
+fn compact(full: &DMatrix<f64>, coefficients: usize) -> DMatrix<f64> {
+    let kept: Vec<usize> = (0..5 + coefficients).chain(10..ALL).collect();
+    DMatrix::from_fn(kept.len(), kept.len(), |i, j| full[(kept[i], kept[j])])
+}

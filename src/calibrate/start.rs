@@ -1,0 +1,139 @@
+//! First estimates of the camera: by consensus over projection matrices when the intrinsics are
+//! free, over poses when the lens is known.
+
+use nalgebra::{Matrix2, Matrix3, Matrix3x4, Vector2, Vector3};
+
+use super::consensus::{Consensus, Solver, search};
+use super::dlt;
+use super::measurement::Measurement;
+use crate::control::Cancel;
+use crate::error::{Degeneracy, Error, Result};
+use crate::geometry::linalg::symmetric_eigen3;
+use crate::geometry::rigid::nearest_rotation;
+use crate::geometry::{Camera, Distortion, Intrinsics, Rigid, homography};
+
+pub(crate) struct Start {
+    pub camera: Camera,
+    /// Noise in units of the assumed one.
+    pub noise_factor: f64,
+}
+
+/// How a start is looked for.
+pub(crate) struct Search<'a> {
+    pub width: u32,
+    pub height: u32,
+    pub robust: bool,
+    pub seed: u64,
+    pub cancel: &'a Cancel,
+}
+
+impl Search<'_> {
+    fn run(&self, measurements: &[Measurement], solver: &Solver<'_>) -> Result<Consensus> {
+        let found = if self.robust {
+            search(measurements, solver, self.seed, self.cancel)?
+        } else {
+            (solver.fit)(measurements).map(|projection| {
+                let mut d: Vec<f64> = measurements.iter().map(|m| m.distance_by_matrix(&projection)).collect();
+                let middle = d.len() / 2;
+                let median = *d.select_nth_unstable_by(middle, f64::total_cmp).1;
+                Consensus { projection, noise_factor: (median / super::consensus::CHI2_MEDIAN).sqrt() }
+            })
+        };
+        found.filter(|c| c.noise_factor.is_finite()).ok_or_else(|| {
+            Error::degenerate(Degeneracy::IllConditioned, "no projection matrix puts the points in front of a camera")
+        })
+    }
+
+    /// Free intrinsics: DLT, then K, R, t from it.
+    pub fn projection(&self, measurements: &[Measurement]) -> Result<Start> {
+        let frame = dlt::Frame::of(measurements)
+            .ok_or_else(|| Error::degenerate(Degeneracy::ImageCollapsed, "the image points coincide"))?;
+        let minimal = |sample: &[Measurement]| dlt::minimal(&frame, sample.first_chunk()?);
+        let found =
+            self.run(measurements, &Solver { sample: dlt::MIN_POINTS, minimal: &minimal, fit: &dlt::inverse_depth })?;
+        let (intrinsics, pose) = super::decompose::decompose(&found.projection)?;
+        Ok(Start { camera: self.camera(intrinsics, Distortion::None, pose), noise_factor: found.noise_factor })
+    }
+
+    /// Known lens: the pose alone, also from a plane.
+    pub fn pose(&self, measurements: &[Measurement], lens: &(Intrinsics, Distortion), planar: bool) -> Result<Start> {
+        let normalised =
+            measurements.iter().enumerate().map(|(i, m)| normalise(m, lens, i)).collect::<Result<Vec<_>>>()?;
+        let fit = if planar { pose_from_plane } else { pose_from_space };
+        let sample = if planar { 4 } else { dlt::MIN_POINTS };
+        let found = self.run(&normalised, &Solver { sample, minimal: &fit, fit: &fit })?;
+        let p = found.projection;
+        let pose = Rigid { rotation: p.fixed_columns::<3>(0).into(), translation: p.column(3).into() };
+        Ok(Start { camera: self.camera(lens.0, lens.1, pose), noise_factor: found.noise_factor })
+    }
+
+    /// Starts with guessed focal lengths, for sets on which the DLT gives an absurd camera.
+    pub fn guesses(&self, measurements: &[Measurement]) -> Vec<Start> {
+        let (w, h) = (self.width as f64, self.height as f64);
+        [0.6, 1.0, 1.6, 2.5, 4.0]
+            .iter()
+            .filter_map(|f| {
+                let lens = (Intrinsics::new(f * w, (w - 1.0) * 0.5, (h - 1.0) * 0.5), Distortion::None);
+                self.pose(measurements, &lens, false).ok()
+            })
+            .collect()
+    }
+
+    fn camera(&self, intrinsics: Intrinsics, distortion: Distortion, pose: Rigid) -> Camera {
+        Camera { width: self.width, height: self.height, intrinsics, distortion, pose }
+    }
+}
+
+/// The measurement on the normalised plane of a known lens.
+fn normalise(m: &Measurement, lens: &(Intrinsics, Distortion), index: usize) -> Result<Measurement> {
+    let (k, distortion) = lens;
+    let outside = || Error::invalid("uv", format!("point {index} is outside the lens model"));
+    let ideal = distortion.undistort(k.to_normalised(&m.pixel)).ok_or_else(outside)?;
+    let jacobian = distortion.distort_with_jacobian(ideal).ok_or_else(outside)?.by_point;
+    let inverse = (Matrix2::new(k.fx, k.skew, 0.0, k.fy) * jacobian).try_inverse().ok_or_else(outside)?;
+    let mut normalised = *m;
+    normalised.pixel = ideal;
+    normalised.pixel_covariance = inverse * m.pixel_covariance * inverse.transpose();
+    Ok(normalised)
+}
+
+/// [R | t] nearest to a projection matrix of normalised pixels.
+fn pose_from_space(measurements: &[Measurement]) -> Option<Matrix3x4<f64>> {
+    let p = dlt::inverse_depth(measurements)?;
+    let m: Matrix3<f64> = p.fixed_columns::<3>(0).into();
+    let rotation = nearest_rotation(&m)?;
+    let scale = (rotation.transpose() * m).trace() / 3.0;
+    matrix(&rotation, &(p.column(3) / scale))
+}
+
+/// [R | t] from points in a plane by their homography.
+fn pose_from_plane(measurements: &[Measurement]) -> Option<Matrix3x4<f64>> {
+    let points: Vec<Vector3<f64>> =
+        measurements.iter().map(|m| m.homogeneous(m.rho)).filter(|x| x.w > 1e-6).map(|x| x.xyz() / x.w).collect();
+    if points.len() != measurements.len() || points.len() < 4 {
+        return None;
+    }
+    let centre = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
+    let scatter = points.iter().map(|x| (x - centre) * (x - centre).transpose()).sum::<Matrix3<f64>>();
+    let (_, [e1, _, normal]) = symmetric_eigen3(&scatter)?;
+    let e2 = normal.cross(&e1);
+    let flat: Vec<Vector2<f64>> =
+        points.iter().map(|x| Vector2::new(e1.dot(&(x - centre)), e2.dot(&(x - centre)))).collect();
+    let pixels: Vec<Vector2<f64>> = measurements.iter().map(|m| m.pixel).collect();
+    let h = homography::estimate(&flat, &pixels).ok()?;
+    let scale = 2.0 / (h.column(0).norm() + h.column(1).norm());
+    // The centroid is in front of the camera: fixes the homography's sign.
+    let h = h * scale.copysign(h.m33);
+    let (r1, r2): (Vector3<f64>, Vector3<f64>) = (h.column(0).into(), h.column(1).into());
+    let plane_rotation = nearest_rotation(&Matrix3::from_columns(&[r1, r2, r1.cross(&r2)]))?;
+    let rotation = plane_rotation * Matrix3::from_rows(&[e1.transpose(), e2.transpose(), normal.transpose()]);
+    let translation = Vector3::from(h.column(2)) - rotation * centre;
+    matrix(&rotation, &translation)
+}
+
+fn matrix(rotation: &Matrix3<f64>, translation: &Vector3<f64>) -> Option<Matrix3x4<f64>> {
+    let mut p = Matrix3x4::zeros();
+    p.fixed_columns_mut::<3>(0).copy_from(rotation);
+    p.set_column(3, translation);
+    p.iter().all(|v| v.is_finite()).then_some(p)
+}

@@ -1,0 +1,36 @@
+//! The C API: translates and checks, computes nothing.
+//!
+//! Everything C can see is here, written out in full so that cbindgen sees it; include/ptzcal.h is
+//! made from these files in the order of tests/support/header.rs, and their doc comments are its text.
+//!
+//! How an export is made (camera.rs is the shortest whole example):
+//! 1. `ErrorOut::new(error)` clears the caller's error pointer, `guard` runs the body, catches
+//!    panics and turns an [`Error`](crate::Error) into a status and an error object.
+//! 2. The body first takes every pointer through `args`, `handle` or `sized`, in one `unsafe` block:
+//!    handles out first (they are set to NULL on entry), then inputs, then outputs.
+//! 3. Then safe code only; outputs are written last, so that a failure leaves them untouched.
+#![allow(unsafe_code)]
+// C's names are C's.
+#![allow(non_camel_case_types)]
+// Every pointer obeys the rules at the top of the header; they are not repeated on each function.
+#![allow(clippy::missing_safety_doc)]
+
+mod call;
+mod handle;
+mod sized;
+
+pub mod args;
+pub mod calibrate;
+pub mod camera;
+pub mod cancel;
+pub mod correspondences;
+pub mod detect;
+pub mod devices;
+pub mod error;
+pub mod image;
+pub mod log;
+pub mod pose;
+pub mod progress;
+pub mod rig_model;
+pub mod status;
+pub mod version;

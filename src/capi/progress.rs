@@ -1,0 +1,35 @@
+//! Progress
+//!
+//! Long verbs take a callback that hears how far the work is and can stop it.
+
+use std::ffi::c_void;
+
+/// How far the work is. The library fills it in; `struct_size` says which members there are.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub struct ptzcal_progress {
+    /// Size of the struct as the library knows it. Look at it before you read a member that is
+    /// newer than the library you must run with.
+    pub struct_size: u32,
+    /// Which pass over the work this is, from 1.
+    pub pass: u32,
+    /// How many passes there will be.
+    pub passes: u32,
+    /// 1 when the newest step gave a measurement, 0 when it gave none.
+    pub measured: u32,
+    /// Steps of this pass that are done.
+    pub done: u64,
+    /// Steps of this pass in all.
+    pub total: u64,
+    /// Seconds since the work began.
+    pub elapsed: f64,
+}
+
+/// Hears about progress. It runs on the thread that called the verb, never under a lock of the
+/// library, and must not throw or longjmp. It may call the library, but not with the handle that is
+/// at work (PTZCAL_STATUS_BUSY).
+///
+/// @param user     What was given with the callback.
+/// @param progress Valid during the call.
+/// @return 0 to go on; any other number stops the work with PTZCAL_STATUS_CANCELLED.
+pub type ptzcal_progress_fn = Option<unsafe extern "C" fn(user: *mut c_void, progress: *const ptzcal_progress) -> i32>;

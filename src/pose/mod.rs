@@ -1,0 +1,18 @@
+//! Pose of the rig at one station relative to another, from roof edges: lines where two planes
+//! meet, measured by the laser at both stations (thesis section V and VIII.B).
+//!
+//! ```text
+//! shots of a region -> plane_fit -> two planes -> roof_edge -> points on edges -> procrustes
+//! ```
+
+mod consensus;
+pub mod estimate;
+pub mod plane_fit;
+pub mod plane_registration;
+pub mod procrustes;
+pub mod roof_edge;
+
+pub use estimate::{PoseEstimate, PoseMethod, PoseOptions, estimate_pose_roof_edges};
+pub use plane_fit::{PlaneEstimate, PlaneFitOptions, fit_plane_to_points, fit_plane_to_shots};
+pub use procrustes::{ProcrustesFit, procrustes};
+pub use roof_edge::{RoofEdge, RoofEdges};

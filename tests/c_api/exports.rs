@@ -1,0 +1,52 @@
+//! The exported symbols: the shared library, the header and tests/abi/exports.txt agree.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::process::Command;
+
+use super::declarations;
+use super::tools::{has, library, root, run, text};
+
+type Names = BTreeSet<String>;
+
+fn declared() -> Names {
+    declarations::read().functions.into_iter().map(|f| f.name).collect()
+}
+
+fn listed() -> Names {
+    let list = fs::read_to_string(root().join("tests/abi/exports.txt")).unwrap();
+    list.lines().filter(|l| !l.starts_with('#')).map(str::to_owned).collect()
+}
+
+/// A name that leaves the list breaks programs; a new one is added by hand, so that nothing is
+/// exported by accident.
+#[test]
+fn the_header_declares_the_listed_functions() {
+    assert_eq!(declared(), listed(), "header (left), tests/abi/exports.txt (right)");
+}
+
+#[test]
+fn the_library_exports_the_listed_functions() {
+    if !has("nm", "exported symbols") {
+        return;
+    }
+    let symbols =
+        text(&run(Command::new("nm").args(["-D", "--defined-only", "--format=posix"]).arg(library().shared())));
+    let exported: Names = symbols.lines().map(|l| l.split(' ').next().unwrap().to_owned()).collect();
+    assert_eq!(exported, listed(), "libptzcal.so (left), tests/abi/exports.txt (right)");
+}
+
+#[test]
+fn the_soname_is_the_abi_number_and_the_library_stays_loaded() {
+    if !has("readelf", "soname") {
+        return;
+    }
+    let dynamic = text(&run(Command::new("readelf").args(["-d", "-W"]).arg(library().shared())));
+    let soname = format!("[libptzcal.so.{}]", ptzcal::capi::version::PTZCAL_ABI_VERSION);
+    assert!(dynamic.contains(&soname), "{soname} is not in\n{dynamic}");
+    assert!(dynamic.contains("NODELETE"), "{dynamic}");
+    for line in dynamic.lines().filter(|l| l.contains("(NEEDED)")) {
+        let system = ["libc.so", "libm.so", "libgcc_s.so", "ld-linux", "libdl.so", "libpthread.so", "librt.so"];
+        assert!(system.iter().any(|s| line.contains(s)), "it needs more than the system: {line}");
+    }
+}

@@ -1,0 +1,79 @@
+//! Size and offsets of every public struct, as the C compiler and as Rust lay them out; and the
+//! header by itself in every standard that its users compile with.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::mem::{offset_of, size_of};
+use std::process::Command;
+
+use ptzcal::capi::calibrate::ptzcal_calibration_summary;
+use ptzcal::capi::camera::ptzcal_camera;
+use ptzcal::capi::detect::ptzcal_spot;
+use ptzcal::capi::image::ptzcal_image;
+use ptzcal::capi::pose::ptzcal_pose;
+use ptzcal::capi::progress::ptzcal_progress;
+use ptzcal::capi::rig_model::ptzcal_rig_model;
+
+use super::tools::{run, strict, text};
+use super::{declarations, header};
+
+macro_rules! layout {
+    ($out:ident, $type:ident: $($member:ident)+) => {
+        writeln!($out, "{} {}", stringify!($type), size_of::<$type>()).unwrap();
+        $(writeln!($out, "{}.{} {}", stringify!($type), stringify!($member), offset_of!($type, $member)).unwrap();)+
+    };
+}
+
+/// In the order of the header.
+fn rust() -> String {
+    let mut out = String::new();
+    layout!(out, ptzcal_progress: struct_size pass passes measured done total elapsed);
+    layout!(out, ptzcal_image: struct_size format width height plane stride size);
+    layout!(out, ptzcal_camera: struct_size width height distortion_model fx fy skew cx cy
+        distortion rotation translation);
+    layout!(out, ptzcal_rig_model: struct_size width height distortion_model fx fy skew cx cy
+        distortion laser_x0 laser_y0 laser_vx laser_vy axis_tilt_y axis_tilt_z axis_pan_x axis_pan_z
+        pan_zero pan_scale tilt_zero tilt_scale);
+    layout!(out, ptzcal_spot: struct_size saturated x y covariance peak signal_to_noise area);
+    layout!(out, ptzcal_calibration_summary: struct_size iterations measurements inliers parameters
+        rms noise_factor condition);
+    layout!(out, ptzcal_pose: struct_size reserved rotation translation rotation_angle residual_rms
+        disagreement condition);
+    out
+}
+
+#[test]
+fn c_lays_structs_out_as_rust_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let (source, program) = (folder.path().join("layout.c"), folder.path().join("layout"));
+    let mut code = "#include <ptzcal.h>\n#include <stdio.h>\nint main(void) {\n".to_owned();
+    let structs = declarations::read().structs;
+    for s in &structs {
+        writeln!(code, "  printf(\"{0} %zu\\n\", sizeof({0}));", s.name).unwrap();
+        for m in &s.members {
+            writeln!(code, "  printf(\"{0}.{m} %zu\\n\", offsetof({0}, {m}));", s.name).unwrap();
+        }
+    }
+    fs::write(&source, code + "  return 0;\n}\n").unwrap();
+    run(strict(false, "c99").arg(&source).arg("-o").arg(&program));
+    assert_eq!(text(&run(&mut Command::new(program))), rust());
+}
+
+/// Padding would let a new member slip into what an older program believes to be garbage.
+#[test]
+fn structs_have_no_padding() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = folder.path().join("padding.c");
+    let structs = declarations::read().structs;
+    let uses: String = structs.iter().map(|s| format!("{0} use_{0};\n", s.name)).collect();
+    fs::write(&source, format!("#include <ptzcal.h>\n{uses}")).unwrap();
+    run(strict(false, "c99").args(["-Wpadded", "-c", "-o", "/dev/null"]).arg(&source));
+}
+
+#[test]
+fn the_header_alone_compiles_in_every_standard() {
+    for (cpp, standard) in [(false, "c99"), (false, "c11"), (true, "c++11"), (true, "c++17"), (true, "c++20")] {
+        let language = if cpp { "c++" } else { "c" };
+        run(strict(cpp, standard).args(["-Wshadow", "-Wundef", "-fsyntax-only", "-x", language]).arg(header::path()));
+    }
+}
