@@ -87,6 +87,21 @@ impl Blob {
         [xx - x * x + 1.0 / 12.0, xy - x * y, yy - y * y + 1.0 / 12.0]
     }
 
+    /// The Gaussian that is cut off to this blob: at a level e^-l of its peak, the mean height is
+    /// (1 - e^-l) / l of the peak and the variances of the pixels are l / 2 of the Gaussian's.
+    fn start(&self, carrier: usize, clipped: bool) -> Gaussian {
+        let [x, y] = self.centre();
+        let peak = self.peak[carrier].max(1e-3) as f64;
+        if clipped {
+            return Gaussian { x, y, amplitude: 1.5 * peak, shape: self.shape() };
+        }
+        let mean = (self.sum[carrier] as f64 / (peak * self.area as f64)).clamp(0.2, 0.9);
+        let l = (0..6).fold(1.0 / mean, |l: f64, _| (1.0 - (-l).exp()) / mean);
+        // Few pixels have no shape.
+        let shape = if self.area < 5 { [1.0, 0.0, 1.0] } else { self.shape().map(|v| v * 2.0 / l) };
+        Gaussian { x, y, amplitude: peak, shape }
+    }
+
     /// Is the point within `margin` pixels of the bounding box?
     pub fn is_near(&self, point: [f64; 2], margin: f64) -> bool {
         (0..2).all(|i| point[i] >= self.low[i] as f64 - margin && point[i] <= self.high[i] as f64 + margin)
@@ -164,21 +179,16 @@ impl Signal for DifferenceSignal<'_> {
 
 /// Fits a spot to a blob; the error says why it is none.
 pub fn examine(blob: &Blob, carrier: usize, signal: &impl Signal, area: &SearchArea) -> Result<Candidate, &'static str> {
-    let [xx, xy, yy] = blob.shape();
-    let start = Gaussian { x: 0.0, y: 0.0, amplitude: 0.0, shape: [xx, xy, yy] };
-    let [major, minor] = start.axes();
+    let [major, minor] = Gaussian { x: 0.0, y: 0.0, amplitude: 0.0, shape: blob.shape() }.axes();
     if blob.area >= SHAPED && major > MAX_ELONGATION * minor {
         return Err("it is a line");
     }
-    let [x, y] = blob.centre();
     let margin = |i: usize| 2.5 + 0.25 * (blob.high[i] - blob.low[i]) as f64;
     let low = [0, 1].map(|i| blob.low[i] as f64 - margin(i));
     let high = [0, 1].map(|i| blob.high[i] as f64 + margin(i));
     let mut patch = cut(signal, area, low, high);
-    let clipped = patch.has_halo;
-    let amplitude = blob.peak[carrier] as f64 * if clipped { 1.5 } else { 1.0 };
-    let start = Gaussian { x, y, amplitude, shape: [xx, xy, yy] };
-    let mut fit = patch.fit(start).ok_or("it has no peak")?;
+    let clipped = patch.has_clipped;
+    let mut fit = patch.fit(blob.start(carrier, clipped)).ok_or("it has no peak")?;
     // The spot can be wider than what stands out of the noise.
     let reach = [fit.gaussian.shape[0], fit.gaussian.shape[2]].map(|v| 3.2 * v.sqrt() + 1.0);
     let centre = [fit.gaussian.x, fit.gaussian.y];
@@ -239,6 +249,6 @@ fn cut(signal: &impl Signal, area: &SearchArea, low: [f64; 2], high: [f64; 2]) -
             patch.clipped.push(known && signal.is_clipped(x, y));
         }
     }
-    patch.has_halo = patch.clipped.contains(&true);
+    patch.has_clipped = patch.clipped.contains(&true);
     patch
 }

@@ -3,8 +3,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
-/// Centre x, y; logarithm of the amplitude; background; inverse covariance of the shape xx, xy, yy; amplitude of the halo.
-const PARAMETERS: usize = 8;
+/// Centre x, y; logarithm of the amplitude; inverse covariance of the shape xx, xy, yy; background.
+const PARAMETERS: usize = 7;
 type Vector = SVector<f64, PARAMETERS>;
 type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
 
@@ -13,13 +13,16 @@ const MIN_SIGMA: f64 = 0.2;
 const MAX_SIGMA: f64 = 100.0;
 /// A hidden peak a million times as high as its foot is no estimate any more.
 const MAX_LOG_AMPLITUDE: f64 = 20.0;
+/// Expected gain in chi squared at which the fit has converged: nothing moves by more than 3 % of its
+/// standard deviation any more.
+const SETTLED: f64 = 1e-3;
+const MAX_ITERATIONS: usize = 40;
 /// Residuals beyond this many standard deviations are weighed down (Huber).
 const HUBER: f64 = 4.0;
-/// Inverse variance of the halo's height, grey levels^-2, before it is seen.
-const HALO: f64 = 1e-4;
 /// Real spots are Gaussian to about this share of their height; no pixel is an outlier within it.
 const MODEL_ERROR: f64 = 0.1;
-/// A clipped spot's foot follows the model to this share of its height.
+/// All that is seen of a clipped spot is its foot, where lens and sensor spread light wider than a
+/// Gaussian: each pixel is trusted to this share of the model's height only.
 const FOOT_ERROR: f64 = 0.05;
 
 /// Signal about a spot on a grid of pixels, every `step`-th of each axis.
@@ -35,8 +38,8 @@ pub struct Patch {
     pub variance: Vec<f32>,
     /// Clipped: the signal is at least this.
     pub clipped: Vec<bool>,
-    /// Some pixel is clipped.
-    pub has_halo: bool,
+    /// Is any pixel clipped?
+    pub has_clipped: bool,
     /// Variance that each grey level of signal adds.
     pub signal_variance: f32,
 }
@@ -84,29 +87,39 @@ impl Fit {
     }
 }
 
+#[derive(Debug, Clone, Copy)]
 struct Model {
     parameters: Vector,
     amplitude: f64,
 }
 
-impl Patch {
-    fn rows(&self) -> usize {
-        self.signal.len() / self.columns.max(1)
-    }
+/// Weighted least squares about a model: cost, half its curvature and its descent.
+struct Normal {
+    cost: f64,
+    matrix: Matrix,
+    gradient: Vector,
+}
 
+impl Patch {
     /// Fits from a start; `None` when there is no such maximum.
     pub fn fit(&self, start: Gaussian) -> Option<Fit> {
-        let mut weights: Vec<f64> = Vec::new();
         let mut model = Model::new(&start)?;
-        // Once with the noise of the background, then with that of the model and without outliers.
-        for pass in 0..3 {
-            let changed = self.weigh(&model, pass > 0, &mut weights);
-            if pass == 2 && !changed {
+        let mut weights = vec![0.0; self.signal.len()];
+        self.weigh(&model, false, &mut weights);
+        let (mut fitted, mut normal) = self.descend(model, &weights)?;
+        // With the noise of the background at first, then with that of the model and without outliers.
+        for _ in 0..2 {
+            model = fitted;
+            if !self.weigh(&model, true, &mut weights) {
                 break;
             }
-            model = self.descend(model, &weights)?;
+            (fitted, normal) = self.descend(model, &weights)?;
         }
-        self.judge(&model, &weights)
+        self.judge(&fitted, normal)
+    }
+
+    fn rows(&self) -> usize {
+        self.signal.len() / self.columns.max(1)
     }
 
     /// Is the centre on the patch or beside it? From farther away the model could not come back.
@@ -119,44 +132,32 @@ impl Patch {
         inside(p[0], self.left, self.columns) && inside(p[1], self.top, self.rows())
     }
 
-    /// Inverse variances under the model; true when they are not plain background noise.
-    fn weigh(&self, model: &Model, robust: bool, weights: &mut Vec<f64>) -> bool {
-        weights.resize(self.signal.len(), 0.0);
-        let mut changed = robust && (self.has_halo || self.signal_variance > 0.0);
-        self.visit(model, |i, _, _, exponential| {
-            let (height, _) = self.light(model, exponential);
-            let variance = self.noise(i, height);
-            let mut weight = 1.0 / variance;
-            if robust {
-                let residual = self.residual(i, height + model.parameters[3]).abs();
-                let limit = HUBER * variance.sqrt() + MODEL_ERROR * height.abs();
-                if residual > limit {
-                    weight *= limit / residual;
-                    changed = true;
+    /// Inverse variances under the model; true when they are not those of the background alone.
+    fn weigh(&self, model: &Model, robust: bool, weights: &mut [f64]) -> bool {
+        let mut changed = robust && (self.has_clipped || self.signal_variance > 0.0);
+        let background = model.parameters[6];
+        self.visit(model, |first, _, _, exponentials| {
+            for (i, e) in (first..).zip(exponentials) {
+                let height = model.amplitude * e;
+                let variance = self.noise(i, height);
+                weights[i] = 1.0 / variance;
+                if robust {
+                    let residual = self.residual(i, height + background).abs();
+                    let limit = HUBER * variance.sqrt() + MODEL_ERROR * height;
+                    if residual > limit {
+                        weights[i] *= limit / residual;
+                        changed |= variance.is_finite();
+                    }
                 }
             }
-            weights[i] = weight;
         });
         changed
     }
 
-    /// Height of the spot where its Gaussian is `e`, and its derivative after the exponent. What is
-    /// seen of a clipped spot is its foot, where lens and sensor spread light wider than a Gaussian: a
-    /// halo of twice the width stands for that.
-    fn light(&self, model: &Model, e: f64) -> (f64, f64) {
-        let core = model.amplitude * e;
-        if !self.has_halo {
-            return (core, core);
-        }
-        let halo = model.parameters[7] * e.sqrt().sqrt();
-        (core + halo, core + 0.25 * halo)
-    }
-
-    /// Variance of a pixel under the model. How light spreads about a clipped core is known no better
-    /// than to a share of it.
+    /// Variance of a pixel under the model.
     fn noise(&self, i: usize, height: f64) -> f64 {
-        let model = if self.has_halo { FOOT_ERROR * height } else { 0.0 };
-        self.variance[i] as f64 + self.signal_variance as f64 * height.max(0.0) + model * model
+        let foot = if self.has_clipped { FOOT_ERROR * height } else { 0.0 };
+        self.variance[i] as f64 + self.signal_variance as f64 * height + foot * foot
     }
 
     /// Signal minus model; a clipped pixel only objects to a model below it.
@@ -165,139 +166,162 @@ impl Patch {
         if self.clipped[i] { residual.max(0.0) } else { residual }
     }
 
-    /// Calls with index, dx, dy and exp(-q/2) for each pixel.
-    fn visit(&self, model: &Model, mut f: impl FnMut(usize, f64, f64, f64)) {
-        let p = &model.parameters;
+    /// Calls for each row with the index of its first pixel, that pixel's dx, dy from the centre, and
+    /// exp(-q/2) of its pixels.
+    fn visit(&self, model: &Model, mut row: impl FnMut(usize, f64, f64, &[f64])) {
+        let [x, y, _, xx, xy, yy, _] = model.parameters.data.0[0];
         let step = self.step as f64;
         // Along a row the exponent is a parabola: its exponential is a recurrence of two products.
-        let ratio_of_ratios = (-p[4] * step * step).exp();
-        let mut i = 0;
-        for row in 0..self.rows() {
-            let dy = (self.top + row * self.step) as f64 - p[1];
-            let dx0 = self.left as f64 - p[0];
+        let second = (-xx * step * step).exp();
+        let mut exponentials = vec![0.0; self.columns];
+        for r in 0..self.rows() {
+            let dy = (self.top + r * self.step) as f64 - y;
+            let dx0 = self.left as f64 - x;
             // Both ways from the column nearest the ridge, where the value is largest.
-            let ridge = (-(dx0 + p[5] / p[4] * dy) / step).round().clamp(0.0, (self.columns - 1) as f64);
-            let start = ridge as usize;
-            let dx = dx0 + ridge * step;
-            let value = (-0.5 * (p[4] * dx * dx + 2.0 * p[5] * dx * dy + p[6] * dy * dy)).exp();
-            let slope = p[4] * dx + p[5] * dy;
-            let mut ratio = (-(slope + 0.5 * p[4] * step) * step).exp();
-            let mut v = value;
-            for column in start..self.columns {
-                f(i + column, dx0 + column as f64 * step, dy, v);
+            let ridge = (-(dx0 + xy / xx * dy) / step).round().clamp(0.0, (self.columns - 1) as f64);
+            let (start, dx) = (ridge as usize, dx0 + ridge * step);
+            let value = (-0.5 * (xx * dx * dx + 2.0 * xy * dx * dy + yy * dy * dy)).exp();
+            let slope = (xx * dx + xy * dy) * step;
+            let half = 0.5 * xx * step * step;
+            let (low, high) = exponentials.split_at_mut(start);
+            let (mut v, mut ratio) = (value, (-slope - half).exp());
+            for e in high {
+                *e = v;
                 v *= ratio;
-                ratio *= ratio_of_ratios;
+                ratio *= second;
             }
-            let mut ratio = ((slope - 0.5 * p[4] * step) * step).exp();
-            let mut v = value;
-            for column in (0..start).rev() {
+            let (mut v, mut ratio) = (value, (slope - half).exp());
+            for e in low.iter_mut().rev() {
                 v *= ratio;
-                ratio *= ratio_of_ratios;
-                f(i + column, dx0 + column as f64 * step, dy, v);
+                ratio *= second;
+                *e = v;
             }
-            i += self.columns;
+            row(r * self.columns, dx0, dy, &exponentials);
         }
-    }
-    /// Levenberg-Marquardt with fixed weights. Weak priors keep faint spots from degenerating: a
-    /// background within the noise, and a shape that is round to a factor of about two.
-    fn descend(&self, mut model: Model, weights: &[f64]) -> Option<Model> {
-        let prior = self.prior(&model);
-        let cost_of = |m: &Model| {
-            let mut cost = 0.0;
-            self.visit(m, |i, _, _, e| {
-                let r = self.residual(i, self.light(m, e).0 + m.parameters[3]);
-                cost += weights[i] * r * r;
-            });
-            cost + prior.cost(&m.parameters)
-        };
-        let mut damping = 1e-3;
-        let mut cost = cost_of(&model);
-        for _ in 0..30 {
-            let (normal, gradient) = self.normal_equations(&model, weights, &prior);
-            let mut gain = 0.0;
-            for _ in 0..8 {
-                let mut damped = normal;
-                for k in 0..PARAMETERS {
-                    damped[(k, k)] *= 1.0 + damping;
-                }
-                let step = damped.cholesky()?.solve(&gradient);
-                let trial = Model::of(model.parameters + step);
-                let trial_cost = if trial.is_possible() && self.holds(&trial) { cost_of(&trial) } else { f64::INFINITY };
-                if trial_cost <= cost {
-                    (gain, cost, model) = (cost - trial_cost, trial_cost, trial);
-                    damping = (0.1 * damping).max(1e-12);
-                    break;
-                }
-                damping = (10.0 * damping).max(1e-6);
-            }
-            // In units of chi squared: a thousandth moves nothing by more than 3 % of its deviation.
-            if gain < 1e-3 {
-                return Some(model);
-            }
-        }
-        // Height and width of a clipped spot trade off along a flat valley; its centre has long settled.
-        Some(model)
     }
 
-    fn normal_equations(&self, model: &Model, weights: &[f64], prior: &Prior) -> (Matrix, Vector) {
-        let p = &model.parameters;
-        // Sums of the upper triangle, and of the gradient.
-        let mut upper = [0.0; PARAMETERS * (PARAMETERS + 1) / 2];
-        let mut right = [0.0; PARAMETERS];
-        self.visit(model, |i, dx, dy, e| {
-            let (height, slope) = self.light(model, e);
-            let residual = self.residual(i, height + p[3]);
-            if self.clipped[i] && residual == 0.0 {
-                return;
+    /// Levenberg-Marquardt with fixed weights.
+    fn descend(&self, mut model: Model, weights: &[f64]) -> Option<(Model, Normal)> {
+        let prior = self.prior(&model);
+        let mut damping = 1e-4;
+        let mut normal = self.normal(&model, weights, &prior);
+        for _ in 0..MAX_ITERATIONS {
+            let mut damped = normal.matrix;
+            for k in 0..PARAMETERS {
+                damped[(k, k)] *= 1.0 + damping;
             }
-            let weight = weights[i];
-            let jacobian = [
-                slope * (p[4] * dx + p[5] * dy),
-                slope * (p[5] * dx + p[6] * dy),
-                model.amplitude * e,
-                1.0,
-                -0.5 * slope * dx * dx,
-                -slope * dx * dy,
-                -0.5 * slope * dy * dy,
-                if self.has_halo { e.sqrt().sqrt() } else { 0.0 },
-            ];
-            let mut k = 0;
-            for a in 0..PARAMETERS {
-                let weighted = weight * jacobian[a];
-                right[a] += weighted * residual;
-                for b in a..PARAMETERS {
-                    upper[k] += weighted * jacobian[b];
-                    k += 1;
+            let step = damped.cholesky()?.solve(&normal.gradient);
+            if step.dot(&normal.gradient) < SETTLED {
+                break;
+            }
+            let trial = Model::of(model.parameters + step);
+            if trial.is_possible() && self.holds(&trial) {
+                let there = self.normal(&trial, weights, &prior);
+                if there.cost < normal.cost {
+                    (model, normal) = (trial, there);
+                    damping = (0.1 * damping).max(1e-12);
+                    continue;
                 }
             }
-        });
-        let mut normal = Matrix::zeros();
-        let mut k = 0;
-        for a in 0..PARAMETERS {
-            for b in a..PARAMETERS {
-                normal[(a, b)] = upper[k];
-                normal[(b, a)] = upper[k];
-                k += 1;
-            }
+            damping = (10.0 * damping).max(1e-6);
         }
-        let mut gradient = Vector::from(right);
-        prior.add(p, &mut normal, &mut gradient);
-        (normal, gradient)
+        // Height and width of a clipped spot trade off along a flat valley, where steps may run out; its
+        // centre has long settled.
+        Some((model, normal))
+    }
+
+    /// All derivatives but the background's are the height times a polynomial of the second degree, so
+    /// that moments along the rows are all that needs summing over the pixels.
+    fn normal(&self, model: &Model, weights: &[f64], prior: &Prior) -> Normal {
+        let background = model.parameters[6];
+        // Of w h^2 x^i y^j by i and j; of w h and w h residual by i + j as in MONOMIALS.
+        let mut squares = [[0.0f64; 5]; 5];
+        let mut heights = [0.0f64; 6];
+        let mut residuals = [0.0f64; 6];
+        let [mut weight_sum, mut residual_sum, mut cost] = [0.0f64; 3];
+        self.visit(model, |first, dx0, dy, exponentials| {
+            let n = exponentials.len();
+            let pixels = exponentials
+                .iter()
+                .zip(&weights[first..first + n])
+                .zip(&self.signal[first..first + n])
+                .zip(&self.clipped[first..first + n]);
+            let (mut s, mut h, mut r) = ([0.0f64; 5], [0.0f64; 3], [0.0f64; 3]);
+            let mut dx = dx0;
+            for (((e, weight), signal), clipped) in pixels {
+                let height = model.amplitude * e;
+                let residual = *signal as f64 - height - background;
+                let weight = if *clipped && residual <= 0.0 { 0.0 } else { *weight };
+                let (wh, wr) = (weight * height, weight * residual);
+                weight_sum += weight;
+                residual_sum += wr;
+                cost += wr * residual;
+                let (whh, whr) = (wh * height, wh * residual);
+                let dx2 = dx * dx;
+                s[0] += whh;
+                s[1] += whh * dx;
+                s[2] += whh * dx2;
+                s[3] += whh * dx2 * dx;
+                s[4] += whh * dx2 * dx2;
+                h[0] += wh;
+                h[1] += wh * dx;
+                h[2] += wh * dx2;
+                r[0] += whr;
+                r[1] += whr * dx;
+                r[2] += whr * dx2;
+                dx += self.step as f64;
+            }
+            let powers = [1.0, dy, dy * dy, dy * dy * dy, dy * dy * dy * dy];
+            for (i, s) in s.iter().enumerate() {
+                (0..5 - i).for_each(|j| squares[i][j] += s * powers[j]);
+            }
+            for (k, (i, j)) in MONOMIALS.into_iter().enumerate() {
+                heights[k] += h[i] * powers[j];
+                residuals[k] += r[i] * powers[j];
+            }
+        });
+
+        let [_, _, _, xx, xy, yy, _] = model.parameters.data.0[0];
+        // Derivatives in MONOMIALS.
+        let derivatives = SMatrix::<f64, 6, 6>::from_row_slice(&[
+            0.0, xx, xy, 0.0, 0.0, 0.0, //
+            0.0, xy, yy, 0.0, 0.0, 0.0, //
+            1.0, 0.0, 0.0, 0.0, 0.0, 0.0, //
+            0.0, 0.0, 0.0, -0.5, 0.0, 0.0, //
+            0.0, 0.0, 0.0, 0.0, -1.0, 0.0, //
+            0.0, 0.0, 0.0, 0.0, 0.0, -0.5,
+        ]);
+        let moments = SMatrix::<f64, 6, 6>::from_fn(|a, b| {
+            let ((i, j), (k, l)) = (MONOMIALS[a], MONOMIALS[b]);
+            squares[i + k][j + l]
+        });
+        let mut matrix = Matrix::zeros();
+        matrix.fixed_view_mut::<6, 6>(0, 0).copy_from(&(derivatives * moments * derivatives.transpose()));
+        let border = derivatives * SVector::<f64, 6>::from(heights);
+        let descent = derivatives * SVector::<f64, 6>::from(residuals);
+        let mut gradient = Vector::zeros();
+        for k in 0..6 {
+            matrix[(k, 6)] = border[k];
+            matrix[(6, k)] = border[k];
+            gradient[k] = descent[k];
+        }
+        matrix[(6, 6)] = weight_sum;
+        gradient[6] = residual_sum;
+        let mut normal = Normal { cost, matrix, gradient };
+        prior.add(&model.parameters, &mut normal);
+        normal
     }
 
     fn prior(&self, model: &Model) -> Prior {
         let finite = self.variance.iter().filter(|v| v.is_finite());
         let (count, sum) = finite.fold((0.0, 0.0), |(n, s), v| (n + 1.0, s + *v as f64));
-        let sharpness = 0.5 * (model.parameters[4] + model.parameters[6]);
+        let sharpness = 0.5 * (model.parameters[3] + model.parameters[5]);
         Prior { background: count / f64::max(sum, 1e-9), shape: 4.0 / (sharpness * sharpness) }
     }
 
     /// Covariance and quality of a fit that converged.
-    fn judge(&self, model: &Model, weights: &[f64]) -> Option<Fit> {
-        let gaussian = model.gaussian();
-        let p = &model.parameters;
-        let (normal, _) = self.normal_equations(model, weights, &self.prior(model));
-        let inverse = normal.cholesky()?.inverse();
+    fn judge(&self, model: &Model, normal: Normal) -> Option<Fit> {
+        let inverse = normal.matrix.cholesky()?.inverse();
         let mut covariance = [inverse[(0, 0)], inverse[(0, 1)], inverse[(1, 1)]];
 
         // Sums over all pixels, and over those that hold the spot.
@@ -305,35 +329,41 @@ impl Patch {
         let [mut energy, mut missed, mut noise] = [0.0; 3];
         let [mut light, mut skew_x, mut skew_y, mut spread_x, mut spread_y] = [0.0; 5];
         let [mut matched, mut matched_square] = [0.0; 2];
-        self.visit(model, |i, dx, dy, e| {
-            let (height, _) = self.light(model, e);
-            let signal = self.signal[i] as f64 - p[3];
-            let residual = self.residual(i, height + p[3]);
-            let variance = self.noise(i, height);
-            if !variance.is_finite() {
-                return;
+        let background = model.parameters[6];
+        let top = self.signal.iter().fold(0.0, |m: f32, s| m.max(*s)) as f64;
+        let foot = 0.05 * model.amplitude.min(top);
+        self.visit(model, |first, dx0, dy, exponentials| {
+            for (column, e) in exponentials.iter().enumerate() {
+                let (i, dx) = (first + column, dx0 + (column * self.step) as f64);
+                let height = model.amplitude * e;
+                let variance = self.noise(i, height);
+                if !variance.is_finite() {
+                    continue;
+                }
+                let signal = self.signal[i] as f64 - background;
+                let residual = self.residual(i, height + background);
+                let template = if self.clipped[i] { height.min(signal) } else { height };
+                matched += template * signal / variance;
+                matched_square += template * template / variance;
+                if self.clipped[i] && residual == 0.0 {
+                    continue;
+                }
+                all += 1.0;
+                all_square += residual * residual / variance;
+                if height < foot {
+                    continue;
+                }
+                near += 1.0;
+                near_square += residual * residual / variance;
+                energy += signal * signal;
+                missed += residual * residual;
+                noise += variance;
+                light += height;
+                skew_x += residual * dx;
+                skew_y += residual * dy;
+                spread_x += variance * dx * dx;
+                spread_y += variance * dy * dy;
             }
-            let template = if self.clipped[i] { height.min(signal) } else { height };
-            matched += template * signal / variance;
-            matched_square += template * template / variance;
-            if self.clipped[i] && residual == 0.0 {
-                return;
-            }
-            all += 1.0;
-            all_square += residual * residual / variance;
-            if e < 0.05 {
-                return;
-            }
-            near += 1.0;
-            near_square += residual * residual / variance;
-            energy += signal * signal;
-            missed += residual * residual;
-            noise += variance;
-            light += height;
-            skew_x += residual * dx;
-            skew_y += residual * dy;
-            spread_x += variance * dx * dx;
-            spread_y += variance * dy * dy;
         });
         if !(matched > 0.0 && near > 0.0 && light > 0.0) {
             return None;
@@ -344,8 +374,9 @@ impl Patch {
             square / freedom / (1.0 + 2.0 * (2.0 / freedom).sqrt())
         };
         let excess = misfit(all_square, all - PARAMETERS as f64).max(misfit(near_square, near - 3.0)).max(1.0);
-        // Neighbours are wrong in the same way, so that it adds up over about four of them.
-        let excess = if self.has_halo { excess } else { 1.0 + 4.0 * (excess - 1.0) };
+        // Neighbours are wrong in the same way, so that it adds up over about four of them; what is wrong
+        // with a clipped spot was allowed for before.
+        let excess = if self.has_clipped { excess } else { 1.0 + 4.0 * (excess - 1.0) };
         covariance.iter_mut().for_each(|c| *c *= excess);
         // A lopsided spot has no one centre: the model's and that of its light differ.
         if skew_x * skew_x / spread_x.max(1e-12) + skew_y * skew_y / spread_y.max(1e-12) > 14.0 {
@@ -353,17 +384,21 @@ impl Patch {
             covariance = [covariance[0] + x * x, covariance[1] + x * y, covariance[2] + y * y];
         }
         let explained = 1.0 - (missed - noise).max(0.0) / (energy - noise).max(1e-9);
-        let fit = Fit { gaussian, covariance, signal_to_noise: matched / matched_square.sqrt(), explained };
-        (covariance[0] > 0.0 && covariance[2] > 0.0 && fit.signal_to_noise.is_finite()).then_some(fit)
+        let signal_to_noise = matched / matched_square.sqrt();
+        let fit = Fit { gaussian: model.gaussian(), covariance, signal_to_noise, explained };
+        (covariance[0] > 0.0 && covariance[2] > 0.0 && signal_to_noise.is_finite()).then_some(fit)
     }
 }
+
+/// Powers of dx and dy.
+const MONOMIALS: [(usize, usize); 6] = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)];
 
 impl Model {
     fn new(start: &Gaussian) -> Option<Self> {
         let [xx, xy, yy] = start.shape;
         let determinant = xx * yy - xy * xy;
         let inverse = [yy / determinant, -xy / determinant, xx / determinant];
-        let p = [start.x, start.y, start.amplitude.ln(), 0.0, inverse[0], inverse[1], inverse[2], 0.0];
+        let p = [start.x, start.y, start.amplitude.ln(), inverse[0], inverse[1], inverse[2], 0.0];
         let model = Self::of(Vector::from(p));
         model.is_possible().then_some(model)
     }
@@ -372,10 +407,10 @@ impl Model {
         Self { parameters, amplitude: parameters[2].exp() }
     }
 
-    /// Finite, brighter than its background, and an ellipse of a size that a spot can have.
+    /// Finite, and an ellipse of a size that a spot can have.
     fn is_possible(&self) -> bool {
         let p = &self.parameters;
-        let (mean, half) = (0.5 * (p[4] + p[6]), (0.5 * (p[4] - p[6])).hypot(p[5]));
+        let (mean, half) = (0.5 * (p[3] + p[5]), (0.5 * (p[3] - p[5])).hypot(p[4]));
         p.iter().all(|v| v.is_finite())
             && p[2].abs() < MAX_LOG_AMPLITUDE
             && mean + half <= MIN_SIGMA.powi(-2)
@@ -384,13 +419,14 @@ impl Model {
 
     fn gaussian(&self) -> Gaussian {
         let p = &self.parameters;
-        let determinant = p[4] * p[6] - p[5] * p[5];
-        let shape = [p[6] / determinant, -p[5] / determinant, p[4] / determinant];
+        let determinant = p[3] * p[5] - p[4] * p[4];
+        let shape = [p[5] / determinant, -p[4] / determinant, p[3] / determinant];
         Gaussian { x: p[0], y: p[1], amplitude: self.amplitude, shape }
     }
 }
 
-/// Normal priors about zero with these inverse variances.
+/// Weak normal priors about zero, by their inverse variances, that keep faint spots from
+/// degenerating: a background within the noise, and a shape that is round to a factor of about two.
 struct Prior {
     background: f64,
     /// Of xx - yy and of 2 xy of the inverse shape.
@@ -398,22 +434,19 @@ struct Prior {
 }
 
 impl Prior {
-    fn cost(&self, p: &Vector) -> f64 {
-        self.background * p[3] * p[3] + HALO * p[7] * p[7] + self.shape * ((p[4] - p[6]).powi(2) + 4.0 * p[5] * p[5])
-    }
-
-    fn add(&self, p: &Vector, normal: &mut Matrix, gradient: &mut Vector) {
-        normal[(3, 3)] += self.background;
-        gradient[3] -= self.background * p[3];
-        normal[(7, 7)] += HALO;
-        gradient[7] -= HALO * p[7];
-        for (a, sign) in [(4, 1.0), (6, -1.0)] {
-            normal[(a, a)] += self.shape;
-            gradient[a] -= sign * self.shape * (p[4] - p[6]);
-        }
-        normal[(4, 6)] -= self.shape;
-        normal[(6, 4)] -= self.shape;
-        normal[(5, 5)] += 4.0 * self.shape;
-        gradient[5] -= 4.0 * self.shape * p[5];
+    fn add(&self, p: &Vector, normal: &mut Normal) {
+        let Normal { cost, matrix, gradient } = normal;
+        let difference = p[3] - p[5];
+        *cost += self.background * p[6] * p[6] + self.shape * (difference * difference + 4.0 * p[4] * p[4]);
+        matrix[(6, 6)] += self.background;
+        gradient[6] -= self.background * p[6];
+        matrix[(3, 3)] += self.shape;
+        matrix[(5, 5)] += self.shape;
+        matrix[(3, 5)] -= self.shape;
+        matrix[(5, 3)] -= self.shape;
+        gradient[3] -= self.shape * difference;
+        gradient[5] += self.shape * difference;
+        matrix[(4, 4)] += 4.0 * self.shape;
+        gradient[4] -= 4.0 * self.shape * p[4];
     }
 }

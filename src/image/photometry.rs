@@ -10,8 +10,8 @@ const QUANTISATION: f32 = 1.0 / 12.0;
 const CLIPPED: f32 = 252.0;
 /// Neighbouring pixels taken together: their mean is quiet enough to regress on.
 const RUN: usize = 16;
-/// Most pixels of the sample: its noise is then known to 1 %.
-const MAX_SAMPLE: usize = 16_384;
+/// Most pixels of the sample: its noise is then known to 2 %.
+const MAX_SAMPLE: usize = 8192;
 /// Below this all pixels are taken.
 const MIN_SAMPLE: usize = 1024;
 
@@ -204,8 +204,14 @@ impl Sample {
         }
 
         let mut best = f32::INFINITY;
-        for gain in [Some(1.0), pair_slope(&runs, run_deviation)].into_iter().flatten() {
-            let (gain, offset, cost) = reweighted_line(&runs, gain, run_deviation);
+        for try_pairs in [false, true] {
+            // A line that leaves little but noise is the one.
+            if best < runs.len() as f32 * (1.5 * run_deviation).powi(2) {
+                break;
+            }
+            let start = if try_pairs { pair_slope(&runs, run_deviation) } else { Some(1.0) };
+            let Some(start) = start else { break };
+            let (gain, offset, cost) = reweighted_line(&runs, start, run_deviation);
             if cost < best {
                 (best, line.gain, line.offset) = (cost, gain, offset);
             }
