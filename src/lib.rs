@@ -29,5 +29,6 @@ pub mod geometry;
 pub mod image;
 pub mod pose;
 pub mod rig;
+pub mod sim;
 
 pub use error::{Error, Result};
