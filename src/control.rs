@@ -7,23 +7,33 @@ use crate::error::{Error, Result};
 
 /// A token that stops long work from any thread. Clones share the same state.
 #[derive(Debug, Clone, Default)]
-pub struct Cancel(Arc<AtomicBool>);
+pub struct Cancel {
+    own: Arc<AtomicBool>,
+    /// Another token that stops the same work.
+    other: Option<Arc<AtomicBool>>,
+}
 
 impl Cancel {
     pub fn new() -> Self {
         Self::default()
     }
 
+    /// A view of this token that `other` cancels too.
+    pub fn or(&self, other: &Self) -> Self {
+        Self { own: self.own.clone(), other: Some(other.own.clone()) }
+    }
+
     pub fn cancel(&self) {
-        self.0.store(true, Ordering::SeqCst);
+        self.own.store(true, Ordering::SeqCst);
     }
 
     pub fn reset(&self) {
-        self.0.store(false, Ordering::SeqCst);
+        self.own.store(false, Ordering::SeqCst);
     }
 
     pub fn is_cancelled(&self) -> bool {
-        self.0.load(Ordering::SeqCst)
+        let set = |flag: &AtomicBool| flag.load(Ordering::SeqCst);
+        set(&self.own) || self.other.as_deref().is_some_and(set)
     }
 
     /// `Err(Cancelled)` once the token was cancelled.

@@ -28,5 +28,7 @@ pub mod format;
 pub mod geometry;
 pub mod image;
 pub mod pose;
+pub mod rig;
+pub mod sim;
 
 pub use error::{Error, Result};

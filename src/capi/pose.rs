@@ -15,7 +15,8 @@ use super::rig_model::{covariance2, model_in, ptzcal_rig_model};
 use super::sized::{self, SizedOut, SizedStruct};
 use super::status::ptzcal_status;
 use crate::error::{Error, Result};
-use crate::geometry::Plane;
+use crate::geometry::rigid::log;
+use crate::geometry::{Plane, Rigid};
 use crate::pose::{
     PlaneEstimate, PlaneFitOptions, PoseEstimate, PoseMethod, PoseOptions, RoofEdges, estimate_pose_roof_edges,
     fit_plane_to_points, fit_plane_to_shots,
@@ -116,18 +117,23 @@ unsafe impl SizedStruct for ptzcal_pose {
     }
 }
 
+impl ptzcal_pose {
+    /// A transform without the figures of an estimate.
+    pub(super) fn of(transform: &Rigid) -> Self {
+        let mut rotation = [0.0; 9];
+        rotation.copy_from_slice(transform.rotation.transpose().as_slice());
+        let rotation_angle = log(&transform.rotation).norm();
+        Self { rotation, translation: transform.translation.into(), rotation_angle, ..Self::initial() }
+    }
+}
+
 impl From<&PoseEstimate> for ptzcal_pose {
     fn from(e: &PoseEstimate) -> Self {
-        let mut rotation = [0.0; 9];
-        rotation.copy_from_slice(e.b_to_a.rotation.transpose().as_slice());
         Self {
-            rotation,
-            translation: e.position().into(),
-            rotation_angle: e.rotation_angle(),
             residual_rms: e.residual_rms,
             disagreement: e.disagreement,
             condition: e.condition,
-            ..Self::initial()
+            ..Self::of(&e.b_to_a)
         }
     }
 }

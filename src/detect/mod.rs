@@ -1,3 +1,8 @@
 //! Finding things in images: the laser's spot.
 
+mod blobs;
+mod gaussian_fit;
+mod single_image;
 pub mod spot;
+#[cfg(test)]
+mod spot_tests;

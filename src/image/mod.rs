@@ -1,5 +1,10 @@
-//! Images: borrowed views of any supported pixel format, and owned buffers.
+//! Images: borrowed views of any supported pixel format, owned buffers, and what changed between frames.
 
+pub mod area;
+pub mod components;
+pub mod difference;
+pub mod frames;
+pub mod photometry;
 pub mod pixel_format;
 pub mod view;
 

@@ -123,16 +123,20 @@ impl<'a> ImageView<'a> {
 
     /// A packed copy.
     pub fn to_image(&self) -> Image {
-        let mut image = Image::new(self.format, self.width, self.height);
-        let mut at = 0;
+        let mut image = Image { format: self.format, width: 0, height: 0, data: Vec::new() };
+        self.copy_to(&mut image);
+        image
+    }
+
+    /// A packed copy in place of `image`, whose memory is used again.
+    pub fn copy_to(&self, image: &mut Image) {
+        (image.format, image.width, image.height) = (self.format, self.width, self.height);
+        image.data.clear();
         for plane in 0..self.format.planes() {
             for y in 0..self.format.rows(plane, self.height) {
-                let row = self.row(plane, y);
-                image.data[at..at + row.len()].copy_from_slice(row);
-                at += row.len();
+                image.data.extend_from_slice(self.row(plane, y));
             }
         }
-        image
     }
 }
 

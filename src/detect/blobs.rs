@@ -1,0 +1,254 @@
+//! Changed regions, and whether one of them is a laser's spot.
+
+use super::gaussian_fit::{Fit, Gaussian, Patch};
+use crate::image::PixelFormat;
+use crate::image::area::SearchArea;
+use crate::image::components;
+use crate::image::difference::{BRIGHTER, Carrier, Changes};
+use crate::image::frames::{Channel, FrameMean};
+
+/// Pixels of a patch beyond which it is thinned out.
+const MAX_PATCH: usize = 4096;
+/// A spot on a slanted wall is drawn out; a laser line is more so.
+const MAX_ELONGATION: f64 = 4.0;
+/// Nothing that a lens has blurred is smaller: a hot pixel is.
+const MIN_SIGMA: f64 = 0.4;
+/// Share of the signal that a Gaussian must explain.
+const MIN_EXPLAINED: f64 = 0.75;
+/// Fewer pixels than this have no shape to judge.
+const SHAPED: u32 = 12;
+
+/// A connected region that became brighter or darker.
+#[derive(Debug, Clone)]
+pub struct Blob {
+    pub brighter: bool,
+    pub area: u32,
+    /// Least and greatest column and row.
+    pub low: [u32; 2],
+    pub high: [u32; 2],
+    /// Sum and peak of the difference by carrier.
+    pub sum: [f32; 3],
+    pub peak: [f32; 3],
+    /// Sums over its pixels of x, y, xx, xy, yy.
+    moments: [f64; 5],
+}
+
+/// A blob that passed for a spot.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    pub carrier: usize,
+    pub fit: Fit,
+    pub clipped: bool,
+    /// Total signal, by which spots are compared.
+    pub strength: f64,
+}
+
+/// The components of the changed pixels, in order of their first one.
+pub fn blobs(changes: &Changes) -> Vec<Blob> {
+    let (labels, count) = components::label(&changes.runs);
+    let mut blobs: Vec<Blob> = Vec::with_capacity(count);
+    for ((run, signal), label) in changes.runs.iter().zip(&changes.signals).zip(labels) {
+        let (low, high) = ([run.start, run.row], [run.end - 1, run.row]);
+        // Labels are numbered in order of their first run.
+        if label as usize == blobs.len() {
+            let (sum, peak, moments) = ([0.0; 3], [0.0; 3], [0.0; 5]);
+            blobs.push(Blob { brighter: run.class == BRIGHTER, area: 0, low, high, sum, peak, moments });
+        }
+        let blob = &mut blobs[label as usize];
+        blob.area += run.end - run.start;
+        for i in 0..2 {
+            blob.low[i] = blob.low[i].min(low[i]);
+            blob.high[i] = blob.high[i].max(high[i]);
+        }
+        for c in 0..3 {
+            blob.sum[c] += signal.sum[c];
+            blob.peak[c] = if signal.peak[c].abs() > blob.peak[c].abs() { signal.peak[c] } else { blob.peak[c] };
+        }
+        // Closed sums of x and x^2 over the run.
+        let (n, y) = ((run.end - run.start) as f64, run.row as f64);
+        let middle = 0.5 * (run.start as f64 + (run.end - 1) as f64);
+        let xx = n * middle * middle + n * (n * n - 1.0) / 12.0;
+        let run_moments = [n * middle, n * y, xx, n * middle * y, n * y * y];
+        blob.moments.iter_mut().zip(run_moments).for_each(|(m, r)| *m += r);
+    }
+    blobs
+}
+
+impl Blob {
+    pub fn centre(&self) -> [f64; 2] {
+        [self.moments[0] / self.area as f64, self.moments[1] / self.area as f64]
+    }
+
+    /// Variances xx, xy, yy of its pixels, each a unit square.
+    fn shape(&self) -> [f64; 3] {
+        let n = self.area as f64;
+        let [x, y] = self.centre();
+        let [_, _, xx, xy, yy] = self.moments.map(|m| m / n);
+        [xx - x * x + 1.0 / 12.0, xy - x * y, yy - y * y + 1.0 / 12.0]
+    }
+
+    /// The Gaussian that is cut off to this blob: at a level e^-l of its peak, the mean height is
+    /// (1 - e^-l) / l of the peak and the variances of the pixels are l / 2 of the Gaussian's.
+    fn start(&self, carrier: usize, clipped: bool) -> Gaussian {
+        let [x, y] = self.centre();
+        let peak = self.peak[carrier].max(1e-3) as f64;
+        if clipped {
+            return Gaussian { x, y, amplitude: 1.5 * peak, shape: self.shape() };
+        }
+        let mean = (self.sum[carrier] as f64 / (peak * self.area as f64)).clamp(0.2, 0.9);
+        let l = (0..6).fold(1.0 / mean, |l: f64, _| (1.0 - (-l).exp()) / mean);
+        // Few pixels have no shape.
+        let shape = if self.area < 5 { [1.0, 0.0, 1.0] } else { self.shape().map(|v| v * 2.0 / l) };
+        Gaussian { x, y, amplitude: peak, shape }
+    }
+
+    /// Is the point within `margin` pixels of the bounding box?
+    pub fn is_near(&self, point: [f64; 2], margin: f64) -> bool {
+        (0..2).all(|i| point[i] >= self.low[i] as f64 - margin && point[i] <= self.high[i] as f64 + margin)
+    }
+
+    pub fn size(&self) -> u32 {
+        (self.high[0] - self.low[0]).max(self.high[1] - self.low[1]) + 1
+    }
+
+    /// The carrier in which it stands out most.
+    pub fn carrier(&self, carriers: &[Carrier]) -> usize {
+        let score = |c: usize| self.sum[c].abs() / carriers[c].photometry.deviation(128.0);
+        (1..carriers.len()).fold(0, |best, c| if score(c) > score(best) { c } else { best })
+    }
+
+    pub fn greatest(&self) -> f32 {
+        self.peak.iter().fold(0.0, |m: f32, p| m.max(p.abs()))
+    }
+}
+
+/// Levels from which a pixel counts as clipped: studio-range luma ends at 235.
+pub fn clip_level(format: PixelFormat) -> u8 {
+    match format {
+        PixelFormat::Yuyv | PixelFormat::Nv12 | PixelFormat::I420 => 234,
+        _ => 250,
+    }
+}
+
+/// Where patches are cut from: the signal and its noise by pixel.
+pub trait Signal {
+    /// Signal and noise variance (infinite where it is unknown) of `signal.len()` pixels of row y.
+    fn read(&self, x: usize, y: usize, signal: &mut [f32], variance: &mut [f32]);
+    /// Is the pixel clipped?
+    fn is_clipped(&self, x: usize, y: usize) -> bool;
+    /// Variance that each grey level of signal adds.
+    fn signal_variance(&self) -> f32;
+}
+
+/// on - predicted from off.
+pub struct DifferenceSignal<'a> {
+    pub on: &'a FrameMean<'a>,
+    pub off: &'a FrameMean<'a>,
+    pub carrier: &'a Carrier,
+}
+
+impl DifferenceSignal<'_> {
+    fn channel(&self) -> Channel {
+        self.carrier.channel
+    }
+}
+
+impl Signal for DifferenceSignal<'_> {
+    fn read(&self, x: usize, y: usize, signal: &mut [f32], variance: &mut [f32]) {
+        let photometry = &self.carrier.photometry;
+        let clip = clip_level(self.on.first().format()) as f32;
+        self.on.read(self.channel(), x, y, signal);
+        self.off.read(self.channel(), x, y, variance);
+        for (signal, variance) in signal.iter_mut().zip(variance) {
+            let off = *variance;
+            let predicted = photometry.predict(off);
+            *signal -= predicted;
+            let known = off < clip && predicted < clip;
+            *variance = if known { photometry.deviation(off).powi(2) } else { f32::INFINITY };
+        }
+    }
+
+    fn is_clipped(&self, x: usize, y: usize) -> bool {
+        self.on.brightest(self.channel(), x, y) >= clip_level(self.on.first().format())
+    }
+
+    fn signal_variance(&self) -> f32 {
+        self.carrier.photometry.signal_variance()
+    }
+}
+
+/// Fits a spot to a blob; the error says why it is none.
+pub fn examine(blob: &Blob, carrier: usize, signal: &impl Signal, area: &SearchArea) -> Result<Candidate, &'static str> {
+    let [major, minor] = Gaussian { x: 0.0, y: 0.0, amplitude: 0.0, shape: blob.shape() }.axes();
+    if blob.area >= SHAPED && major > MAX_ELONGATION * minor {
+        return Err("it is a line");
+    }
+    let margin = |i: usize| 2.5 + 0.25 * (blob.high[i] - blob.low[i]) as f64;
+    let low = [0, 1].map(|i| blob.low[i] as f64 - margin(i));
+    let high = [0, 1].map(|i| blob.high[i] as f64 + margin(i));
+    let mut patch = cut(signal, area, low, high);
+    let clipped = patch.has_clipped;
+    let mut fit = patch.fit(blob.start(carrier, clipped)).ok_or("it has no peak")?;
+    // The spot can be wider than what stands out of the noise.
+    let reach = [fit.gaussian.shape[0], fit.gaussian.shape[2]].map(|v| 3.2 * v.sqrt() + 1.0);
+    let centre = [fit.gaussian.x, fit.gaussian.y];
+    let wanted = [0, 1].map(|i| reach[i].min(3.0 * blob.size() as f64 + 4.0));
+    if (0..2).any(|i| centre[i] - wanted[i] < low[i] - 1.0 || centre[i] + wanted[i] > high[i] + 1.0) {
+        let low = [0, 1].map(|i| low[i].min(centre[i] - wanted[i]));
+        let high = [0, 1].map(|i| high[i].max(centre[i] + wanted[i]));
+        patch = cut(signal, area, low, high);
+        fit = patch.fit(fit.gaussian).ok_or("it has no peak")?;
+    }
+
+    let gaussian = &fit.gaussian;
+    let [major, minor] = gaussian.axes();
+    if !blob.is_near([gaussian.x, gaussian.y], 1.0) {
+        return Err("its peak lies outside of the searched area");
+    }
+    if major > MAX_ELONGATION * minor {
+        return Err("it is drawn out like a line");
+    }
+    if minor < MIN_SIGMA {
+        return Err("it is as sharp as a single pixel, which no lens makes");
+    }
+    if fit.explained < MIN_EXPLAINED {
+        return Err("it has not the shape of a spot");
+    }
+    // A clipped spot's height is extrapolated, but not far.
+    let measured = blob.sum[carrier] as f64;
+    let strength = if clipped { gaussian.flux().clamp(measured, 4.0 * measured) } else { gaussian.flux() };
+    Ok(Candidate { carrier, fit, clipped, strength })
+}
+
+/// The patch of these bounds.
+fn cut(signal: &impl Signal, area: &SearchArea, low: [f64; 2], high: [f64; 2]) -> Patch {
+    let inside = |axis: usize, side: std::ops::Range<usize>| {
+        let start = (low[axis].max(0.0).floor() as usize).clamp(side.start, side.end - 1);
+        start..(high[axis].max(0.0).ceil() as usize + 1).clamp(start + 1, side.end)
+    };
+    let (columns, rows) = (inside(0, area.columns()), inside(1, area.rows()));
+    let step = ((columns.len() * rows.len()) as f64 / MAX_PATCH as f64).sqrt().ceil().max(1.0) as usize;
+    let mut patch = Patch {
+        left: columns.start,
+        top: rows.start,
+        step,
+        columns: columns.len().div_ceil(step),
+        signal_variance: signal.signal_variance(),
+        ..Patch::default()
+    };
+    let (mut values, mut variances) = (vec![0.0; columns.len()], vec![0.0; columns.len()]);
+    let mut spans = Vec::new();
+    for y in rows.step_by(step) {
+        signal.read(columns.start, y, &mut values, &mut variances);
+        area.spans(y, &mut spans);
+        for x in columns.clone().step_by(step) {
+            let i = x - columns.start;
+            let known = variances[i].is_finite() && spans.iter().any(|s| s.contains(&x));
+            patch.signal.push(if known { values[i] } else { 0.0 });
+            patch.variance.push(if known { variances[i] } else { f32::INFINITY });
+            patch.clipped.push(known && signal.is_clipped(x, y));
+        }
+    }
+    patch.has_clipped = patch.clipped.contains(&true);
+    patch
+}

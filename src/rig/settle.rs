@@ -1,0 +1,293 @@
+//! Moving the head and knowing when it stands still.
+//!
+//! A move is finished when the device says so (where it does), AND its position has been the same
+//! for several readings within a step of the target, AND two consecutive frames, exposed after
+//! that, show the same picture: completion messages come early, and positions are echoed commands.
+
+use nalgebra::Vector2;
+
+use super::frames::{After, CameraPort, Grabber};
+use super::{Rig, check_reach, stillness};
+use crate::control::{Cancel, LogLevel};
+use crate::device::{Motion, PtzPosition};
+use crate::error::{Error, Result};
+
+/// When a move counts as finished, and how a target is approached.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SettleOptions {
+    /// This many equal readings in a row ...
+    pub readings: u32,
+    /// ... that span at least this long, seconds.
+    pub duration: f64,
+    /// Time between readings, seconds.
+    pub poll_interval: f64,
+    /// Accepted distance from the target, radians; 0: one encoder step of the device.
+    pub tolerance: f64,
+    /// Longest time for a move, seconds.
+    pub move_timeout: f64,
+    /// A head that stands elsewhere for this long (seconds) is sent again ...
+    pub patience: f64,
+    /// ... until it was sent this often.
+    pub attempts: u32,
+    /// Backlash: a target is always approached from lower pan and tilt; a move from the other side
+    /// first goes this far past it, radians. 0: straight to the target.
+    pub overshoot: f64,
+    /// How long to wait for the head camera's picture to stand still, seconds; 0: do not look.
+    pub picture_timeout: f64,
+    /// Greatest shift between consecutive frames of a still picture, pixels.
+    pub picture_shift: f64,
+}
+
+impl Default for SettleOptions {
+    fn default() -> Self {
+        Self {
+            readings: 3,
+            duration: 0.15,
+            poll_interval: 0.05,
+            tolerance: 0.0,
+            move_timeout: 30.0,
+            patience: 1.0,
+            attempts: 3,
+            overshoot: 0.01,
+            picture_timeout: 5.0,
+            picture_shift: 0.2,
+        }
+    }
+}
+
+impl SettleOptions {
+    pub(super) fn validate(&self) -> Result<()> {
+        let positive = [
+            ("settle.poll_interval", self.poll_interval),
+            ("settle.move_timeout", self.move_timeout),
+            ("settle.patience", self.patience),
+            ("settle.picture_shift", self.picture_shift),
+        ];
+        let not_negative = [
+            ("settle.duration", self.duration),
+            ("settle.tolerance", self.tolerance),
+            ("settle.overshoot", self.overshoot),
+            ("settle.picture_timeout", self.picture_timeout),
+        ];
+        for (name, value) in positive {
+            if !(value > 0.0 && value <= 3600.0) {
+                return Err(Error::invalid(name, format!("{value} is not in (0, 3600]")));
+            }
+        }
+        for (name, value) in not_negative {
+            if !(0.0..=3600.0).contains(&value) {
+                return Err(Error::invalid(name, format!("{value} is not in [0, 3600]")));
+            }
+        }
+        if self.readings == 0 || self.attempts == 0 {
+            return Err(Error::invalid("settle", "readings and attempts are at least 1"));
+        }
+        Ok(())
+    }
+}
+
+/// Accepted distance from the target when neither the options nor the device tell, radians.
+const DEFAULT_TOLERANCE: f64 = 1e-3;
+/// How long the head must be seen to stand before the laser may be switched on by hand, seconds.
+const STANDSTILL_TIMEOUT: f64 = 1.0;
+
+/// Equal readings in a row.
+struct Steady {
+    position: PtzPosition,
+    since: f64,
+    readings: u32,
+}
+
+impl Rig {
+    /// Moves the head to the given readings and waits until it stands still there. The laser is off
+    /// before the head starts.
+    ///
+    /// # Errors
+    /// `NotFinite`, `Unreachable` (with the range); `Cancelled`; `DeviceTimeout` and `Device` when
+    /// it does not arrive. After an error in a move the head was told to stop.
+    pub fn move_to(&mut self, pan: f64, tilt: f64, cancel: &Cancel) -> Result<PtzPosition> {
+        check_reach(&self.capabilities, pan, tilt)?;
+        cancel.check()?;
+        self.lit = None;
+        self.laser.begin_move()?;
+        let moved = self.approach(Vector2::new(pan, tilt), cancel);
+        match &moved {
+            Ok(_) => self.laser.end_move(),
+            Err(_) => {
+                self.approached = false;
+                // The first error is the one to report.
+                let _ = self.stop();
+            }
+        }
+        moved
+    }
+
+    fn approach(&mut self, target: Vector2<f64>, cancel: &Cancel) -> Result<PtzPosition> {
+        let [pan_tolerance, tilt_tolerance] = self.tolerances();
+        let overshoot = self.options.settle.overshoot;
+        if overshoot > 0.0 {
+            let from = self.position()?;
+            let beyond = from.pan > target.x + pan_tolerance || from.tilt > target.y + tilt_tolerance;
+            if beyond || !self.approached {
+                let c = &self.capabilities;
+                let via = Vector2::new(
+                    (target.x - overshoot).max(c.pan_range[0]),
+                    (target.y - overshoot).max(c.tilt_range[0]),
+                );
+                self.go(via)?;
+                self.arrive(via, cancel)?;
+            }
+        }
+        self.go(target)?;
+        let position = self.settle(target, cancel)?;
+        self.approached = true;
+        Ok(position)
+    }
+
+    fn go(&mut self, target: Vector2<f64>) -> Result<()> {
+        self.ptz.move_absolute(target.x, target.y)
+    }
+
+    /// Accepted distances from a target in pan and tilt, radians.
+    fn tolerances(&self) -> [f64; 2] {
+        let c = &self.capabilities;
+        [c.pan_step, c.tilt_step].map(|step| match self.options.settle.tolerance {
+            // A whisker more than a step, for the rounding of the target to it.
+            0.0 if step > 0.0 => step * 1.01,
+            0.0 => DEFAULT_TOLERANCE,
+            tolerance => tolerance,
+        })
+    }
+
+    /// Waits for arrival and for a picture that stands still.
+    fn settle(&mut self, target: Vector2<f64>, cancel: &Cancel) -> Result<PtzPosition> {
+        let timeout = self.options.settle.picture_timeout;
+        let mut looking_since = None;
+        loop {
+            let position = self.arrive(target, cancel)?;
+            if timeout == 0.0 {
+                return Ok(position);
+            }
+            let shift = match self.look(cancel)? {
+                None => return Ok(position),
+                Some(shift) => shift,
+            };
+            let now = self.clock.now();
+            let since = *looking_since.get_or_insert(now);
+            self.log.write(LogLevel::Debug, || format!("the head says it stands, its picture moves ({shift:.2} px)"));
+            if now - since >= timeout {
+                return Err(Error::Device {
+                    reason: format!(
+                        "the head reports to stand at its target, but its picture keeps moving ({shift:.1} px a frame)"
+                    ),
+                });
+            }
+        }
+    }
+
+    /// Takes two frames from now on into `pictures`; the shift between them when they differ.
+    fn look(&mut self, cancel: &Cancel) -> Result<Option<f64>> {
+        let now = self.clock.now();
+        let grabber = Grabber { clock: &*self.clock, cancel, options: self.options.frames };
+        let mut port = CameraPort {
+            source: &mut *self.frames,
+            name: "head camera",
+            width: self.model.width,
+            height: self.model.height,
+        };
+        let [first, second] = &mut self.pictures;
+        grabber.grab(&mut port, After::Moment(now), None, first)?;
+        grabber.grab(&mut port, After::Frame(first.timestamp), None, second)?;
+        stillness::shift_between(&first.image.view()?, &second.image.view()?, self.options.settle.picture_shift)
+    }
+
+    /// Waits until the device reports to stand within a step of the target; sends it there again
+    /// when it stands elsewhere.
+    fn arrive(&mut self, target: Vector2<f64>, cancel: &Cancel) -> Result<PtzPosition> {
+        let options = self.options.settle;
+        let [pan_tolerance, tilt_tolerance] = self.tolerances();
+        let start = self.clock.now();
+        let mut steady: Option<Steady> = None;
+        let mut attempts = 1;
+        let late = Error::DeviceTimeout { what: "pan-tilt head", seconds: options.move_timeout };
+        for _ in 0..self.most_polls(options.move_timeout) {
+            cancel.check()?;
+            let motion = self.motion()?;
+            let state = self.observe(&mut steady)?;
+            let now = self.clock.now();
+            let there = (state.position.pan - target.x).abs() <= pan_tolerance
+                && (state.position.tilt - target.y).abs() <= tilt_tolerance;
+            let stands = state.readings >= options.readings && now - state.since >= options.duration;
+            match motion {
+                Motion::Idle | Motion::Unknown if stands && there => return Ok(state.position),
+                Motion::Moving => {}
+                _ if stands && (motion == Motion::Failed || now - state.since >= options.patience) => {
+                    let at = state.position;
+                    let detail = format!(
+                        "the head stands at pan {:.4}, tilt {:.4} rad instead of {:.4}, {:.4}",
+                        at.pan, at.tilt, target.x, target.y
+                    );
+                    if attempts == options.attempts {
+                        return Err(Error::Device { reason: format!("{detail}, after {attempts} attempts") });
+                    }
+                    attempts += 1;
+                    self.log.write(LogLevel::Warning, || format!("{detail}; sent again"));
+                    self.ptz.stop()?;
+                    self.go(target)?;
+                    steady = None;
+                }
+                _ => {}
+            }
+            if now - start >= options.move_timeout {
+                return Err(late);
+            }
+            self.clock.sleep(options.poll_interval);
+        }
+        Err(late)
+    }
+
+    /// Does the head stand still, wherever it is?
+    pub(super) fn stands_still(&mut self) -> Result<bool> {
+        let options = self.options.settle;
+        let start = self.clock.now();
+        let mut steady = None;
+        for _ in 0..self.most_polls(STANDSTILL_TIMEOUT) {
+            let moving = self.motion()? == Motion::Moving;
+            let state = self.observe(&mut steady)?;
+            let now = self.clock.now();
+            if !moving && state.readings >= options.readings && now - state.since >= options.duration {
+                return Ok(true);
+            }
+            if now - start >= STANDSTILL_TIMEOUT.max(2.0 * options.duration) {
+                break;
+            }
+            self.clock.sleep(options.poll_interval);
+        }
+        Ok(false)
+    }
+
+    fn motion(&mut self) -> Result<Motion> {
+        if self.capabilities.reports_motion { self.ptz.motion() } else { Ok(Motion::Unknown) }
+    }
+
+    /// Takes one more reading; a reading that differs starts the count anew.
+    fn observe<'a>(&mut self, steady: &'a mut Option<Steady>) -> Result<&'a Steady> {
+        let position = self.position()?;
+        let now = self.clock.now();
+        let [pan_tolerance, tilt_tolerance] = self.tolerances().map(|t| 0.5 * t);
+        let same = |s: &Steady| {
+            (position.pan - s.position.pan).abs() <= pan_tolerance
+                && (position.tilt - s.position.tilt).abs() <= tilt_tolerance
+        };
+        let next = match steady.take() {
+            Some(s) if same(&s) => Steady { readings: s.readings + 1, ..s },
+            _ => Steady { position, since: now, readings: 1 },
+        };
+        Ok(steady.insert(next))
+    }
+
+    /// Bound on the turns of a polling loop, should the clock stand still.
+    fn most_polls(&self, timeout: f64) -> u64 {
+        (timeout / self.options.settle.poll_interval).min(1e6) as u64 + 100
+    }
+}

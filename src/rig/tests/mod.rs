@@ -1,0 +1,2 @@
+mod laser;
+mod moving;

@@ -1,0 +1,135 @@
+//! The simulator behind the ports.
+
+use std::fmt;
+use std::sync::Arc;
+
+use super::Shared;
+use super::world::CameraId;
+use crate::control::Clock;
+use crate::device::{Frame, FrameSource, Laser, Motion, PanTiltZoom, PtzCapabilities, PtzPosition};
+use crate::error::{Error, Result};
+
+const PAN_RANGE: [f64; 2] = [-100.0, 100.0];
+const TILT_RANGE: [f64; 2] = [-25.0, 25.0];
+
+/// The head. A call takes 8 ms of virtual time.
+pub struct SimPtz(pub(super) Arc<Shared>);
+
+/// The laser; off when dropped. A call takes 2 ms of virtual time.
+pub struct SimLaser(pub(super) Arc<Shared>);
+
+/// One camera's frames. Each source goes through the camera's frames on its own and gives none twice;
+/// a camera keeps the frames of the last second.
+pub struct SimFrames {
+    pub(super) shared: Arc<Shared>,
+    pub(super) camera: CameraId,
+    /// The number of the next frame.
+    pub(super) next: i64,
+}
+
+/// Virtual time: it passes when something waits, and as fast as the work is done.
+pub struct SimClock(pub(super) Arc<Shared>);
+
+fn radians(range: [f64; 2]) -> [f64; 2] {
+    range.map(f64::to_radians)
+}
+
+impl PanTiltZoom for SimPtz {
+    fn capabilities(&self) -> PtzCapabilities {
+        let step = self.0.world().options.step;
+        PtzCapabilities {
+            pan_range: radians(PAN_RANGE),
+            tilt_range: radians(TILT_RANGE),
+            pan_step: step,
+            tilt_step: step,
+            reports_motion: true,
+            has_zoom: false,
+        }
+    }
+
+    fn move_absolute(&mut self, pan: f64, tilt: f64) -> Result<()> {
+        let mut world = self.0.world();
+        world.call_ptz()?;
+        for (name, angle, degrees) in [("pan", pan, PAN_RANGE), ("tilt", tilt, TILT_RANGE)] {
+            let [low, high] = radians(degrees);
+            if !angle.is_finite() {
+                return Err(Error::invalid(name, format!("{angle} is no angle")));
+            }
+            if angle < low || angle > high {
+                let reason = format!("{name} {:.2} deg is not within {degrees:?} deg", angle.to_degrees());
+                return Err(Error::Unreachable { reason });
+            }
+        }
+        world.move_head([pan, tilt]);
+        Ok(())
+    }
+
+    fn position(&mut self) -> Result<PtzPosition> {
+        let mut world = self.0.world();
+        world.call_ptz()?;
+        let [pan, tilt] = world.motion.reading(world.now);
+        Ok(PtzPosition { pan, tilt, zoom: 0.0 })
+    }
+
+    fn motion(&mut self) -> Result<Motion> {
+        let mut world = self.0.world();
+        world.call_ptz()?;
+        let moving = world.motion.moving(world.now) && !world.faults.ptz_lies;
+        Ok(if moving { Motion::Moving } else { Motion::Idle })
+    }
+
+    fn stop(&mut self) -> Result<()> {
+        let mut world = self.0.world();
+        world.call_ptz()?;
+        let now = world.now;
+        world.motion.stop(now);
+        Ok(())
+    }
+}
+
+impl Laser for SimLaser {
+    fn set(&mut self, on: bool) -> Result<()> {
+        self.0.world().set_laser(on)
+    }
+}
+
+impl Drop for SimLaser {
+    fn drop(&mut self) {
+        // Switching off never fails.
+        let _ = self.0.world().set_laser(false);
+    }
+}
+
+impl FrameSource for SimFrames {
+    fn next_frame(&mut self, not_before: f64, timeout: f64, frame: &mut Frame) -> Result<()> {
+        // Only the snapshot is taken under the world's lock: cameras render at the same time.
+        let (number, begin, exposure) = {
+            let mut world = self.shared.world();
+            let (number, begin) = world.wait_for_frame(self.camera, self.next, not_before, timeout)?;
+            (number, begin, world.exposure(self.camera, number, begin))
+        };
+        self.next = number + 1;
+        self.shared.sensor(self.camera).expose(&exposure, &mut frame.image);
+        frame.timestamp = begin;
+        self.shared.count_frame();
+        Ok(())
+    }
+}
+
+impl fmt::Debug for SimFrames {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SimFrames").field("camera", &self.camera).field("next", &self.next).finish_non_exhaustive()
+    }
+}
+
+impl Clock for SimClock {
+    fn now(&self) -> f64 {
+        self.0.world().now
+    }
+
+    fn sleep(&self, seconds: f64) {
+        if seconds > 0.0 && seconds.is_finite() {
+            self.0.world().now += seconds;
+        }
+    }
+}
