@@ -31,6 +31,7 @@ pub mod image;
 pub mod log;
 pub mod pose;
 pub mod progress;
+pub mod rig;
 pub mod rig_model;
 pub mod simulator;
 pub mod status;

@@ -187,6 +187,7 @@ fn every_function_has_the_common_form() {
         assert!(read_only || found.functions.iter().any(|f| f.name == init), "{init} is missing");
     }
     for h in &found.handles {
-        assert!(found.functions.iter().any(|f| f.name == format!("{h}_free")), "{h} cannot be freed");
+        let ends = [format!("{h}_free"), format!("{h}_close")];
+        assert!(found.functions.iter().any(|f| ends.contains(&f.name)), "{h} cannot be freed");
     }
 }

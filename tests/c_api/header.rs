@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 14] = [
+const TOPICS: [&str; 17] = [
     "version",
     "status",
     "error",
@@ -22,6 +22,9 @@ const TOPICS: [&str; 14] = [
     "correspondences",
     "calibrate",
     "pose",
+    "devices",
+    "simulator",
+    "rig",
 ];
 
 /// What stands before the first chapter: conventions and rules that hold for all of them.

@@ -9,6 +9,7 @@ use std::process::Command;
 use ptzcal::capi::calibrate::ptzcal_calibration_summary;
 use ptzcal::capi::camera::ptzcal_camera;
 use ptzcal::capi::detect::ptzcal_spot;
+use ptzcal::capi::devices::ptzcal_ptz;
 use ptzcal::capi::image::ptzcal_image;
 use ptzcal::capi::pose::ptzcal_pose;
 use ptzcal::capi::progress::ptzcal_progress;
@@ -39,6 +40,8 @@ fn rust() -> String {
         rms noise_factor condition);
     layout!(out, ptzcal_pose: struct_size reserved rotation translation rotation_angle residual_rms
         disagreement condition);
+    layout!(out, ptzcal_ptz: struct_size reserved pan_min pan_max tilt_min tilt_max pan_step tilt_step
+        user move_absolute position motion stop);
     out
 }
 
