@@ -45,7 +45,8 @@ fn main() {
         let off = frame(format, width, height, false, 1.0, &mut rng);
         let (on, off) = (on.view().expect("packed"), off.view().expect("packed"));
         let (cx, cy) = ((0.61 * width as f64) as u32, (0.43 * height as f64) as u32);
-        let region = (region > 0).then(|| Region { x: cx - region / 2, y: cy - region / 2, width: region, height: region });
+        let region =
+            (region > 0).then(|| Region { x: cx - region / 2, y: cy - region / 2, width: region, height: region });
         let options = SpotOptions { region, colour: LaserColour::Unknown, ..SpotOptions::default() };
         let mut times: Vec<f64> = Vec::new();
         let begin = Instant::now();

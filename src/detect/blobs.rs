@@ -178,7 +178,12 @@ impl Signal for DifferenceSignal<'_> {
 }
 
 /// Fits a spot to a blob; the error says why it is none.
-pub fn examine(blob: &Blob, carrier: usize, signal: &impl Signal, area: &SearchArea) -> Result<Candidate, &'static str> {
+pub fn examine(
+    blob: &Blob,
+    carrier: usize,
+    signal: &impl Signal,
+    area: &SearchArea,
+) -> Result<Candidate, &'static str> {
     let [major, minor] = Gaussian { x: 0.0, y: 0.0, amplitude: 0.0, shape: blob.shape() }.axes();
     if blob.area >= SHAPED && major > MAX_ELONGATION * minor {
         return Err("it is a line");

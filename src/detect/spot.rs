@@ -9,8 +9,8 @@ use super::blobs::{Blob, Candidate, DifferenceSignal, blobs, examine};
 use super::single_image;
 use crate::error::{Error, Result};
 use crate::image::ImageView;
-pub use crate::image::area::{Band, Region};
 use crate::image::area::SearchArea;
+pub use crate::image::area::{Band, Region};
 use crate::image::difference::{Carrier, changes};
 use crate::image::frames::{Channel, FrameMean, channels, same_kind};
 use crate::image::photometry::Photometry;
@@ -166,17 +166,22 @@ pub fn detect_spot(on: &[ImageView<'_>], off: &[ImageView<'_>], options: &SpotOp
         }
     };
     let blobs = blobs(&changes);
-    let verdict = Verdict::new(&blobs, |blob, carrier| {
-        if options.colour.index().is_some_and(|c| !has_colour(&on, &off, blob, c, &carriers[carrier])) {
-            return Err("it has not the laser's colour");
-        }
-        let signal = DifferenceSignal { on: &on, off: &off, carrier: &carriers[carrier] };
-        let mut candidate = examine(blob, carrier, &signal, &area)?;
-        let correlation = carriers[carrier].photometry.correlation as f64;
-        candidate.fit.covariance.iter_mut().for_each(|c| *c *= correlation);
-        candidate.fit.signal_to_noise /= correlation.sqrt();
-        Ok(candidate)
-    }, &carriers, options);
+    let verdict = Verdict::new(
+        &blobs,
+        |blob, carrier| {
+            if options.colour.index().is_some_and(|c| !has_colour(&on, &off, blob, c, &carriers[carrier])) {
+                return Err("it has not the laser's colour");
+            }
+            let signal = DifferenceSignal { on: &on, off: &off, carrier: &carriers[carrier] };
+            let mut candidate = examine(blob, carrier, &signal, &area)?;
+            let correlation = carriers[carrier].photometry.correlation as f64;
+            candidate.fit.covariance.iter_mut().for_each(|c| *c *= correlation);
+            candidate.fit.signal_to_noise /= correlation.sqrt();
+            Ok(candidate)
+        },
+        &carriers,
+        options,
+    );
     verdict.spot(&carriers, options, k)
 }
 
@@ -324,12 +329,14 @@ impl<'a> Verdict<'a> {
         if let Some((_, s)) = self.spots.first() {
             let (g, snr) = (&s.fit.gaussian, s.fit.signal_to_noise);
             let least = options.min_signal_to_noise;
-            return format!("the strongest spot, at ({:.1}, {:.1}), has a signal to noise of {snr:.1} < {least}", g.x, g.y);
+            return format!(
+                "the strongest spot, at ({:.1}, {:.1}), has a signal to noise of {snr:.1} < {least}",
+                g.x, g.y
+            );
         }
         let worth = |o: &&(usize, Option<&'static str>)| self.blobs[o.0].area >= MIN_MOTION_AREA;
-        let order = |a: &&(usize, _), b: &&(usize, _)| {
-            self.blobs[a.0].greatest().total_cmp(&self.blobs[b.0].greatest())
-        };
+        let order =
+            |a: &&(usize, _), b: &&(usize, _)| self.blobs[a.0].greatest().total_cmp(&self.blobs[b.0].greatest());
         if let Some((i, reason)) = self.others.iter().filter(worth).max_by(order) {
             let blob = &self.blobs[*i];
             let [x, y] = blob.centre();

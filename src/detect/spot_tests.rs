@@ -143,9 +143,13 @@ fn intensity_weighted(on: &Image, off: &Image, threshold: i32) -> [f64; 2] {
 fn centre_reaches_the_bound_and_its_covariance_is_true() {
     let mut random = Random::new(1);
     // Amplitude, sigma of the spot; read noise, shot noise of the camera.
-    for (amplitude, sigma, read, shot) in
-        [(120.0, 1.2, 2.0, 0.0), (120.0, 2.2, 2.0, 0.0), (40.0, 1.2, 2.0, 0.0), (90.0, 1.5, 1.0, 0.1), (30.0, 4.0, 2.0, 0.0)]
-    {
+    for (amplitude, sigma, read, shot) in [
+        (120.0, 1.2, 2.0, 0.0),
+        (120.0, 2.2, 2.0, 0.0),
+        (40.0, 1.2, 2.0, 0.0),
+        (90.0, 1.5, 1.0, 0.1),
+        (30.0, 4.0, 2.0, 0.0),
+    ] {
         let camera = Camera { read, shot, ..CAMERA };
         let background = Light::new(72, 72, |x, y| 70.0 + 0.3 * x + 0.2 * y);
         let (mut results, mut usual) = (Vec::new(), 0.0);
@@ -162,12 +166,17 @@ fn centre_reaches_the_bound_and_its_covariance_is_true() {
         let (rms, nees, mean) = statistics(&results);
         let noise = 2.0 * (read * read + 1.0 / 12.0) + shot * 2.0 * (85.0 + 0.25 * amplitude);
         let bound = (2.0 * noise / (std::f64::consts::FRAC_PI_2 * amplitude * amplitude)).sqrt();
-        println!("A {amplitude} sigma {sigma}: rms {rms:.4} bound {bound:.4} usual {:.4} nees {nees:.3} mean {mean:.4?}", usual.sqrt());
+        println!(
+            "A {amplitude} sigma {sigma}: rms {rms:.4} bound {bound:.4} usual {:.4} nees {nees:.3} mean {mean:.4?}",
+            usual.sqrt()
+        );
         assert!(rms < 1.12 * bound, "A {amplitude} sigma {sigma}: rms {rms}, bound {bound}");
-assert!(amplitude < 100.0 || rms < 0.5 * usual.sqrt(), "rms {rms}, usual {}", usual.sqrt());
+        assert!(amplitude < 100.0 || rms < 0.5 * usual.sqrt(), "rms {rms}, usual {}", usual.sqrt());
         assert!((0.9..1.1).contains(&nees), "A {amplitude} sigma {sigma}: sqrt(NEES / 2) = {nees}");
         let standard_error = rms / (2.0 * trials as f64).sqrt();
-        if false {}; #[cfg(any())] assert!(mean.iter().all(|m| m.abs() < 4.0 * standard_error), "bias {mean:?}");
+        if false {};
+        #[cfg(any())]
+        assert!(mean.iter().all(|m| m.abs() < 4.0 * standard_error), "bias {mean:?}");
     }
 }
 
@@ -187,22 +196,36 @@ fn dark_frames_have_no_spot() {
 fn saturated_spots_are_unbiased_and_say_so() {
     let mut random = Random::new(3);
     let background = Light::room(120, 110);
-    for (amplitude, sigma, halo) in [(400.0, 1.5, 0.0), (900.0, 2.5, 60.0), (3000.0, 2.0, 120.0), (2000.0, 6.0, 80.0), (5000.0, 1.3, 0.0), (800.0, 1.6, 200.0)] {
+    for (amplitude, sigma, halo) in [
+        (400.0, 1.5, 0.0),
+        (900.0, 2.5, 60.0),
+        (3000.0, 2.0, 120.0),
+        (2000.0, 6.0, 80.0),
+        (5000.0, 1.3, 0.0),
+        (800.0, 1.6, 200.0),
+    ] {
         let mut results = Vec::new();
         for _ in 0..200 {
             let truth = [random.uniform(50.0, 68.0), random.uniform(48.0, 66.0)];
-            let lit = background
-                .with_spot(truth[0], truth[1], amplitude, sigma)
-                .with_spot(truth[0], truth[1], halo, 3.0 * sigma);
+            let lit = background.with_spot(truth[0], truth[1], amplitude, sigma).with_spot(
+                truth[0],
+                truth[1],
+                halo,
+                3.0 * sigma,
+            );
             let spot = shoot_and_detect(&lit, &background, &CAMERA, &mut random).unwrap();
             assert!(spot.saturated);
             results.push((truth, spot));
         }
         let (rms, nees, mean) = statistics(&results);
         println!("A {amplitude} sigma {sigma} halo {halo}: rms {rms:.4} nees {nees:.3} mean {mean:.4?}");
-        #[cfg(any())] assert!(rms < 0.12, "A {amplitude}: rms {rms}");
-        #[cfg(any())] assert!(nees < 1.15, "A {amplitude}: sqrt(NEES / 2) = {nees}");
-        if false {}; #[cfg(any())] assert!(mean.iter().all(|m| m.abs() < 0.01), "A {amplitude}: bias {mean:?}");
+        #[cfg(any())]
+        assert!(rms < 0.12, "A {amplitude}: rms {rms}");
+        #[cfg(any())]
+        assert!(nees < 1.15, "A {amplitude}: sqrt(NEES / 2) = {nees}");
+        if false {};
+        #[cfg(any())]
+        assert!(mean.iter().all(|m| m.abs() < 0.01), "A {amplitude}: bias {mean:?}");
     }
 }
 
@@ -248,18 +271,27 @@ fn a_moving_person_never_makes_a_spot() {
         let scale = random.uniform(0.3, 1.6);
         let start = [random.uniform(20.0, 180.0), random.uniform(20.0, 130.0)];
         let step = random.uniform(0.2, 12.0);
-        let (before, after) = (room.with_person(start[0], start[1], scale), room.with_person(start[0] + step, start[1], scale));
-        println!("START"); let result = shoot_and_detect(&after, &before, &CAMERA, &mut random);
-        if result.is_ok() { println!("BAD {i} {result:?}"); } println!("NOLASER");
+        let (before, after) =
+            (room.with_person(start[0], start[1], scale), room.with_person(start[0] + step, start[1], scale));
+        println!("START");
+        let result = shoot_and_detect(&after, &before, &CAMERA, &mut random);
+        if result.is_ok() {
+            println!("BAD {i} {result:?}");
+        }
+        println!("NOLASER");
         let [x, y] = [random.uniform(6.0, 194.0), random.uniform(6.0, 144.0)];
         match shoot_and_detect(&after.with_spot(x, y, 170.0, 1.6), &before, &CAMERA, &mut random) {
-            Ok(spot) => { println!("GOOD");
+            Ok(spot) => {
+                println!("GOOD");
                 // Beside the person, or on it, where the change of the clothes bends the fit.
                 let sigma = (spot.covariance[0] + spot.covariance[2]).sqrt();
                 assert_at(&spot, x, y, 0.25 + 4.0 * sigma);
                 found += 1;
             }
-            Err(e @ (Error::Ambiguous { .. } | Error::NotFound { .. })) => { println!("REF {e}"); refused += 1 },
+            Err(e @ (Error::Ambiguous { .. } | Error::NotFound { .. })) => {
+                println!("REF {e}");
+                refused += 1
+            }
             Err(other) => panic!("{other}"),
         }
     }
