@@ -39,7 +39,7 @@ pub enum LaserColour {
     Red = 1,
     Green = 2,
     Blue = 3,
-    /// Infrared or a monochrome camera: all channels alike.
+    /// Infrared, or no colour to go by: the channel that shows it best, and no check of its colour.
     White = 4,
 }
 
