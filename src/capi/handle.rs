@@ -3,7 +3,7 @@
 //! The struct behind `ptzcal_thing *` is the Rust type itself, not a marker that is cast to it: it
 //! is not `repr(C)`, so the header shows its name only, and no cast can pick the wrong type.
 
-use std::sync::{RwLock, RwLockReadGuard, RwLockWriteGuard, TryLockError};
+use std::sync::{Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard, TryLockError};
 
 use crate::error::{Error, Result};
 
@@ -43,6 +43,15 @@ pub(super) unsafe fn free<H: Handle>(handle: *mut H) {
     }
 }
 
+/// Takes a handle back to consume it; `None` for NULL.
+///
+/// # Safety
+/// As for [`free`].
+pub(super) unsafe fn take<H: Handle>(handle: *mut H) -> Option<H> {
+    // SAFETY: it came out of a Box, by this function's contract.
+    (!handle.is_null()).then(|| *unsafe { Box::from_raw(handle) })
+}
+
 /// Where a new handle goes. NULL until then.
 pub(super) struct HandleOut<H>(*mut *mut H);
 
@@ -79,6 +88,25 @@ impl<T> Exclusive<T> {
 
     pub fn write(&self, what: &'static str) -> Result<RwLockWriteGuard<'_, T>> {
         self.0.try_write().map_err(|e| refuse(what, e))
+    }
+}
+
+/// State that every function has for itself, such as devices: as [`Exclusive`], for what threads
+/// cannot even read together.
+pub(super) struct Alone<T>(Mutex<T>);
+
+impl<T> Alone<T> {
+    pub fn new(value: T) -> Self {
+        Self(Mutex::new(value))
+    }
+
+    pub fn lock(&self, what: &'static str) -> Result<MutexGuard<'_, T>> {
+        self.0.try_lock().map_err(|e| refuse(what, e))
+    }
+
+    /// The state, also after a panic.
+    pub fn into_inner(self) -> T {
+        self.0.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

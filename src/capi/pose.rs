@@ -7,7 +7,7 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use super::args::{BufferOut, Out, vectors, vectors_optional};
+use super::args::{BufferOut, Out, number, vectors, vectors_optional};
 use super::call::{ErrorOut, guard, guard_or};
 use super::error::ptzcal_error;
 use super::handle::{Exclusive, Handle, HandleOut, borrow, borrow_optional, free};
@@ -15,7 +15,8 @@ use super::rig_model::{covariance2, model_in, ptzcal_rig_model};
 use super::sized::{self, SizedOut, SizedStruct};
 use super::status::ptzcal_status;
 use crate::error::{Error, Result};
-use crate::geometry::Plane;
+use crate::geometry::rigid::log;
+use crate::geometry::{Plane, Rigid};
 use crate::pose::{
     PlaneEstimate, PlaneFitOptions, PoseEstimate, PoseMethod, PoseOptions, RoofEdges, estimate_pose_roof_edges,
     fit_plane_to_points, fit_plane_to_shots,
@@ -116,18 +117,23 @@ unsafe impl SizedStruct for ptzcal_pose {
     }
 }
 
+impl ptzcal_pose {
+    /// A transform without the figures of an estimate.
+    pub(super) fn of(transform: &Rigid) -> Self {
+        let mut rotation = [0.0; 9];
+        rotation.copy_from_slice(transform.rotation.transpose().as_slice());
+        let rotation_angle = log(&transform.rotation).norm();
+        Self { rotation, translation: transform.translation.into(), rotation_angle, ..Self::initial() }
+    }
+}
+
 impl From<&PoseEstimate> for ptzcal_pose {
     fn from(e: &PoseEstimate) -> Self {
-        let mut rotation = [0.0; 9];
-        rotation.copy_from_slice(e.b_to_a.rotation.transpose().as_slice());
         Self {
-            rotation,
-            translation: e.position().into(),
-            rotation_angle: e.rotation_angle(),
             residual_rms: e.residual_rms,
             disagreement: e.disagreement,
             condition: e.condition,
-            ..Self::initial()
+            ..Self::of(&e.b_to_a)
         }
     }
 }
@@ -248,7 +254,7 @@ pub unsafe extern "C" fn ptzcal_roof_edges_add_plane_points(
         // SAFETY: the caller keeps the header's rules for pointers.
         let (edges, xyz, plane) = unsafe { (borrow(edges)?, vectors::<3>(xyz, n, "xyz")?, Out::new(plane, "plane")?) };
         let points: Vec<Vector3<f64>> = xyz.iter().map(|p| Vector3::from(*p)).collect();
-        let sigma = (sigma != 0.0).then_some(sigma);
+        let sigma = (number(sigma, "sigma")? != 0.0).then_some(sigma);
         edges.add(fit_plane_to_points(&points, sigma, &PlaneFitOptions::default())?, plane)
     })
 }
@@ -288,8 +294,8 @@ pub unsafe extern "C" fn ptzcal_roof_edges_add_plane(
                 Out::new(plane, "plane")?,
             )
         };
-        let known = Plane::new(Vector3::from(normal[0]), distance)
-            .ok_or_else(|| Error::invalid("normal", "it is zero, or the distance is not finite"))?;
+        let known = Plane::new(Vector3::from(normal[0]), number(distance, "distance")?)
+            .ok_or_else(|| Error::invalid("normal", "it is zero"))?;
         let covariance = covariance.map(|c| Matrix3::from_row_slice(&c[0]));
         edges.add(PlaneEstimate::given(&known, covariance)?, plane)
     })
@@ -402,7 +408,7 @@ pub unsafe extern "C" fn ptzcal_pose_options_set_lever(
     // SAFETY: the caller keeps the header's rules for pointers.
     let error = unsafe { ErrorOut::new(error) };
     guard(error, || {
-        if !(lever.is_finite() && lever >= 0.0) {
+        if number(lever, "lever")? < 0.0 {
             return Err(Error::invalid("lever", format!("{lever} m")));
         }
         // SAFETY: the caller keeps the header's rules for pointers.
@@ -431,7 +437,7 @@ pub unsafe extern "C" fn ptzcal_pose_options_set_min_angles(
     let error = unsafe { ErrorOut::new(error) };
     guard(error, || {
         for (name, angle) in [("min_plane_angle", min_plane_angle), ("min_edge_angle", min_edge_angle)] {
-            if !(0.0..=std::f64::consts::FRAC_PI_2).contains(&angle) {
+            if !(0.0..=std::f64::consts::FRAC_PI_2).contains(&number(angle, name)?) {
                 return Err(Error::invalid(name, format!("{angle} is not in 0 to pi/2")));
             }
         }

@@ -36,7 +36,20 @@ impl Miss {
     }
 
     pub fn status(self) -> Status {
-        if self == Self::Ambiguous { Status::Ambiguous } else { Status::NotFound }
+        self.error().status()
+    }
+
+    /// The same as an error, with its reason.
+    pub fn error(self) -> Error {
+        let reason = match self {
+            Self::NotFound => "no spot, or none that is strong enough",
+            Self::Ambiguous => "several candidates",
+            Self::OffEpipolarLine => "the spot is off the laser's line in the image: a reflection",
+            Self::OffPrediction => "the spot is not where the camera, calibrated, must see it",
+            Self::OutsideView => "the point is outside the camera's view",
+        };
+        let reason = reason.to_owned();
+        if self == Self::Ambiguous { Error::Ambiguous { reason } } else { Error::NotFound { reason } }
     }
 }
 

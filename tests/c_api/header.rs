@@ -7,13 +7,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 14] = [
+const TOPICS: [&str; 19] = [
     "version",
     "status",
     "error",
     "args",
     "cancel",
     "log",
+    "shot",
     "progress",
     "image",
     "camera",
@@ -22,6 +23,10 @@ const TOPICS: [&str; 14] = [
     "correspondences",
     "calibrate",
     "pose",
+    "devices",
+    "simulator",
+    "rig",
+    "scan",
 ];
 
 /// What stands before the first chapter: conventions and rules that hold for all of them.

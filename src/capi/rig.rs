@@ -1,0 +1,839 @@
+//! Rigs
+//!
+//! A rig is a pan-tilt head with a camera and a laser. It is opened on the host's callbacks or on an
+//! address. The laser is off whenever the library is not sure: while the head moves, on every error,
+//! when a call is cancelled, and from the moment a rig is closed.
+
+use std::ffi::{c_char, c_void};
+use std::sync::Arc;
+
+use nalgebra::{Vector2, Vector3};
+
+use super::args::{Out, number, string, vectors};
+use super::call::{ErrorOut, guard};
+use super::cancel::ptzcal_cancel;
+use super::devices::{
+    HostClock, HostFrames, HostLaser, HostPtz, ptzcal_clock_now_fn, ptzcal_clock_sleep_fn, ptzcal_frame_fn,
+    ptzcal_laser_fn, ptzcal_ptz,
+};
+use super::error::ptzcal_error;
+use super::handle::{Alone, Exclusive, Handle, HandleOut, borrow, free, take};
+use super::log::{log, ptzcal_log_fn};
+use super::rig_model::{model_in, ptzcal_rig_model};
+use super::simulator::{ptzcal_simulator, switch};
+use super::sized::SizedOut;
+use super::status::ptzcal_status;
+use crate::control::{Cancel, Clock, Log, SystemClock};
+use crate::error::{Error, Result};
+use crate::geometry::RigModel;
+use crate::rig::{Aim, LaserControl, Rig, RigOptions, RigParts, aim_at_point};
+use crate::sim::{SimOptions, Simulator};
+
+/// What a rig is made of, and how it behaves.
+pub struct ptzcal_rig_options(Exclusive<Settings>);
+
+#[derive(Default)]
+struct Settings {
+    address: Option<String>,
+    model: Option<RigModel>,
+    ptz: Option<HostPtz>,
+    laser: Option<HostLaser>,
+    frames: Option<HostFrames>,
+    clock: Option<Arc<dyn Clock>>,
+    log: Log,
+    options: RigOptions,
+}
+
+impl Handle for ptzcal_rig_options {
+    const NAME: &'static str = "options";
+}
+
+impl ptzcal_rig_options {
+    /// Changes settings.
+    ///
+    /// # Safety
+    /// `options` is NULL or live options.
+    unsafe fn change(options: *mut Self, change: impl FnOnce(&mut Settings)) -> Result<()> {
+        // SAFETY: by this function's contract.
+        change(&mut *unsafe { borrow(options)? }.0.write(Self::NAME)?);
+        Ok(())
+    }
+}
+
+/// An open rig.
+pub struct ptzcal_rig {
+    pub(super) rig: Alone<Rig>,
+    pub(super) simulator: Option<Simulator>,
+    laser: LaserControl,
+    model: RigModel,
+    /// Set by ptzcal_rig_stop while another call is at work.
+    stop: Cancel,
+}
+
+impl Handle for ptzcal_rig {
+    const NAME: &'static str = "rig";
+}
+
+impl ptzcal_rig {
+    /// The rig for one call, and a token that both the caller's and ptzcal_rig_stop cancel.
+    pub(super) fn work(&self, token: Cancel) -> Result<(std::sync::MutexGuard<'_, Rig>, Cancel)> {
+        let rig = self.rig.lock(Self::NAME)?;
+        self.stop.reset();
+        Ok((rig, token.or(&self.stop)))
+    }
+}
+
+fn settings(address: Option<&str>) -> Result<Option<Simulator>> {
+    let Some(address) = address else { return Ok(None) };
+    match address.split_once(':') {
+        Some(("sim", _)) => Ok(Some(Simulator::new(SimOptions::parse(address)?)?)),
+        Some((scheme, _)) => Err(Error::Unsupported {
+            what: format!("addresses that begin with {scheme}: (this version knows sim:); hand in callbacks instead"),
+        }),
+        None => Err(Error::invalid("address", format!("{address:?} does not begin with a kind of device and a colon"))),
+    }
+}
+
+/// Makes options: no devices, defaults for everything else.
+///
+/// @param options Receives the options; free them with ptzcal_rig_options_free.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK.
+///
+/// Threads: free.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_options_new(
+    options: *mut *mut ptzcal_rig_options,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let options = unsafe { HandleOut::new(options)? };
+        options.give(ptzcal_rig_options(Exclusive::new(Settings::default())));
+        Ok(())
+    })
+}
+
+/// Frees options. Rigs opened with them live on, and go on using the callbacks.
+///
+/// @param options The options; may be NULL: nothing happens.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_options_free(options: *mut ptzcal_rig_options) {
+    // SAFETY: NULL or live options that nobody uses any more, as the header demands.
+    super::call::guard_or((), || unsafe { free(options) });
+}
+
+/// Sets the address of the devices. Callbacks that are set as well take their place one by one.
+///
+/// @param options The options.
+/// @param address "sim:room?key=value&..."; may be NULL: none. It may hold no password.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; opening says whether the address exists.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_options_set_address(
+    options: *mut ptzcal_rig_options,
+    address: *const c_char,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        unsafe {
+            let address = if address.is_null() { None } else { Some(string(address, "address")?.to_owned()) };
+            ptzcal_rig_options::change(options, |o| o.address = address)
+        }
+    })
+}
+
+/// Sets the rig model. A simulator brings one of its own; all other rigs need it.
+///
+/// @param options The options.
+/// @param model   The model.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT for a model that
+///         makes no sense.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_options_set_model(
+    options: *mut ptzcal_rig_options,
+    model: *const ptzcal_rig_model,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        unsafe {
+            let model = model_in(model)?;
+            ptzcal_rig_options::change(options, |o| o.model = Some(model))
+        }
+    })
+}
+
+/// Sets the host's head.
+///
+/// @param options The options.
+/// @param ptz     The head; the struct is copied.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NULL_POINTER for a missing callback.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_options_set_ptz(
+    options: *mut ptzcal_rig_options,
+    ptz: *const ptzcal_ptz,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers and callbacks.
+        unsafe {
+            let ptz = HostPtz::new(ptz)?;
+            ptzcal_rig_options::change(options, |o| o.ptz = Some(ptz))
+        }
+    })
+}
+
+/// Sets the host's laser. ptzcal_rig_emergency_off calls it from its own thread.
+///
+/// @param options The options.
+/// @param set     Switches the laser.
+/// @param user    Handed to the callback.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NULL_POINTER.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_options_set_laser(
+    options: *mut ptzcal_rig_options,
+    set: ptzcal_laser_fn,
+    user: *mut c_void,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers and callbacks.
+        unsafe {
+            let laser = HostLaser::new(set, user)?;
+            ptzcal_rig_options::change(options, |o| o.laser = Some(laser))
+        }
+    })
+}
+
+/// Sets where the head camera's frames come from.
+///
+/// @param options    The options.
+/// @param next_frame Hands over a frame.
+/// @param user       Handed to the callback.
+/// @param error      Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NULL_POINTER.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_options_set_frames(
+    options: *mut ptzcal_rig_options,
+    next_frame: ptzcal_frame_fn,
+    user: *mut c_void,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers and callbacks.
+        unsafe {
+            let frames = HostFrames::new(next_frame, user)?;
+            ptzcal_rig_options::change(options, |o| o.frames = Some(frames))
+        }
+    })
+}
+
+/// Sets the clock that stamps the host's frames. Without one it is the system's monotonic clock,
+/// counted from the opening of the rig: frames then need no timestamp (NAN).
+///
+/// @param options The options.
+/// @param now     Reads the clock.
+/// @param sleep   Waits.
+/// @param user    Handed to the callbacks.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NULL_POINTER.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_options_set_clock(
+    options: *mut ptzcal_rig_options,
+    now: ptzcal_clock_now_fn,
+    sleep: ptzcal_clock_sleep_fn,
+    user: *mut c_void,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers and callbacks.
+        unsafe {
+            let clock: Arc<dyn Clock> = Arc::new(HostClock::new(now, sleep, user)?);
+            ptzcal_rig_options::change(options, |o| o.clock = Some(clock))
+        }
+    })
+}
+
+/// Sets where the rig's messages go.
+///
+/// @param options  The options.
+/// @param callback Receives messages; may be NULL: none are made (the default).
+/// @param user     Handed to the callback.
+/// @param error    Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_options_set_log(
+    options: *mut ptzcal_rig_options,
+    callback: ptzcal_log_fn,
+    user: *mut c_void,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers and callbacks.
+        unsafe {
+            let log = log(callback, user);
+            ptzcal_rig_options::change(options, |o| o.log = log)
+        }
+    })
+}
+
+/// Sets when a move is finished: the device says so (where it does), some readings in a row are
+/// equal, and the head camera's picture stands still.
+///
+/// @param options      The options.
+/// @param readings     Equal readings in a row, at least 2; the default is 3.
+/// @param duration     Seconds that they span; the default is 0.15.
+/// @param overshoot    Radians that a move goes past its target first when it comes from the upper
+///                     side, so that every target is approached from below (backlash); the default
+///                     is 0.01, 0 goes straight there.
+/// @param move_timeout Longest time for a move, seconds; the default is 30.
+/// @param picture      Longest wait for a still picture, seconds; the default is 5, 0 does not look.
+/// @param error        Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; opening refuses values that make no sense.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_options_set_settle(
+    options: *mut ptzcal_rig_options,
+    readings: u32,
+    duration: f64,
+    overshoot: f64,
+    move_timeout: f64,
+    picture: f64,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        let numbers =
+            [(duration, "duration"), (overshoot, "overshoot"), (move_timeout, "move_timeout"), (picture, "picture")];
+        for (value, name) in numbers {
+            if number(value, name)? < 0.0 {
+                return Err(Error::invalid(name, format!("{value} is negative")));
+            }
+        }
+        // SAFETY: the caller keeps the header's rules for pointers.
+        unsafe {
+            ptzcal_rig_options::change(options, |o| {
+                let settle = &mut o.options.settle;
+                settle.readings = readings;
+                settle.duration = duration;
+                settle.overshoot = overshoot;
+                settle.move_timeout = move_timeout;
+                settle.picture_timeout = picture;
+            })
+        }
+    })
+}
+
+/// Sets how frames are waited for.
+///
+/// @param options      The options.
+/// @param timeout      Longest wait for a frame, seconds; the default is 3.
+/// @param stale_frames Frames without timestamps to drop after each change; the default is 4: the
+///                     depth of the source's buffers and one.
+/// @param error        Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_options_set_frame_wait(
+    options: *mut ptzcal_rig_options,
+    timeout: f64,
+    stale_frames: u32,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        if number(timeout, "timeout")? <= 0.0 {
+            return Err(Error::invalid("timeout", format!("{timeout} is not positive")));
+        }
+        if stale_frames > 100 {
+            return Err(Error::invalid("stale_frames", format!("{stale_frames}, 100 are the most")));
+        }
+        // SAFETY: the caller keeps the header's rules for pointers.
+        unsafe {
+            ptzcal_rig_options::change(options, |o| {
+                o.options.frames.timeout = timeout;
+                o.options.frames.stale_frames = stale_frames;
+            })
+        }
+    })
+}
+
+/// Sets the longest time that the laser stays on. It is enforced whenever the library has control:
+/// a callback that does not return keeps it from acting.
+///
+/// @param options The options.
+/// @param seconds Positive; the default is 2.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_options_set_laser_max_on(
+    options: *mut ptzcal_rig_options,
+    seconds: f64,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        if number(seconds, "seconds")? <= 0.0 {
+            return Err(Error::invalid("seconds", format!("{seconds} is not positive")));
+        }
+        // SAFETY: the caller keeps the header's rules for pointers.
+        unsafe { ptzcal_rig_options::change(options, |o| o.options.laser_max_on = seconds) }
+    })
+}
+
+/// Opens a rig: takes its devices over and switches the laser off; the head does not move.
+///
+/// @param options What the rig is made of.
+/// @param rig     Receives the rig; close it with ptzcal_rig_close.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for missing devices, a missing model and
+///         values that make no sense; PTZCAL_STATUS_UNSUPPORTED for an address that this version
+///         does not know; PTZCAL_STATUS_DEVICE and its kin when a device fails.
+///
+/// Threads: shared.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_open(
+    options: *const ptzcal_rig_options,
+    rig: *mut *mut ptzcal_rig,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (out, options) = unsafe { (HandleOut::new(rig)?, borrow(options)?) };
+        let s = options.0.read(ptzcal_rig_options::NAME)?;
+        let simulator = settings(s.address.as_deref())?;
+        let sim = simulator.as_ref();
+        let missing = |what: &str| Error::invalid("options", format!("no {what}: set an address or the callback"));
+        let parts = RigParts {
+            model: match (s.model, sim) {
+                (Some(model), _) => model,
+                (None, Some(sim)) => sim.nominal_rig(),
+                (None, None) => return Err(Error::invalid("options", "no rig model: set one")),
+            },
+            ptz: match (&s.ptz, sim) {
+                (Some(ptz), _) => Box::new(ptz.clone()),
+                (None, Some(sim)) => Box::new(sim.ptz()),
+                (None, None) => return Err(missing("head")),
+            },
+            laser: match (&s.laser, sim) {
+                (Some(laser), _) => Box::new(laser.clone()),
+                (None, Some(sim)) => Box::new(sim.laser()),
+                (None, None) => return Err(missing("laser")),
+            },
+            frames: match (&s.frames, sim) {
+                (Some(frames), _) => Box::new(frames.clone()),
+                (None, Some(sim)) => Box::new(sim.head_frames()),
+                (None, None) => return Err(missing("head camera")),
+            },
+            clock: match (&s.clock, sim) {
+                (Some(clock), _) => clock.clone(),
+                (None, Some(sim)) => sim.clock(),
+                (None, None) => Arc::new(SystemClock::default()),
+            },
+            log: s.log.clone(),
+        };
+        let (model, open) = (parts.model, Rig::open(parts, s.options)?);
+        let laser = open.laser();
+        out.give(ptzcal_rig { rig: Alone::new(open), simulator, laser, model, stop: Cancel::new() });
+        Ok(())
+    })
+}
+
+/// Closes a rig: stops the head, switches the laser off for good, frees the handle. The handle is
+/// gone whatever is returned. Also right after an earlier call panicked.
+///
+/// @param rig   The rig; may be NULL: nothing happens. No other call may be at work with it.
+/// @param error Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; the device's own when the head or the laser could not be switched off.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_close(rig: *mut ptzcal_rig, error: *mut *mut ptzcal_error) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    // SAFETY: NULL or a live rig that nobody uses any more, as the header demands.
+    guard(error, || unsafe { take(rig) }.map_or(Ok(()), |rig| rig.rig.into_inner().close()))
+}
+
+/// The rig's model.
+///
+/// @param rig   The rig.
+/// @param model Receives the model; set up by ptzcal_rig_model_init.
+/// @param error Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK.
+///
+/// Threads: shared.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_get_model(
+    rig: *const ptzcal_rig,
+    model: *mut ptzcal_rig_model,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (rig, model) = unsafe { (borrow(rig)?, SizedOut::new(model)?) };
+        model.write(&(&rig.model).into());
+        Ok(())
+    })
+}
+
+/// The simulator behind a rig that was opened with its address: the same room, the same truth.
+///
+/// @param rig       The rig.
+/// @param simulator Receives the simulator; free it with ptzcal_simulator_free.
+/// @param error     Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNSUPPORTED when there is none.
+///
+/// Threads: shared.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_simulator(
+    rig: *const ptzcal_rig,
+    simulator: *mut *mut ptzcal_simulator,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (out, rig) = unsafe { (HandleOut::new(simulator)?, borrow(rig)?) };
+        let none = || Error::Unsupported { what: "the simulator of a rig that is not simulated".into() };
+        out.give(ptzcal_simulator::of(rig.simulator.clone().ok_or_else(none)?)?);
+        Ok(())
+    })
+}
+
+/// Moves the head and waits until it stands still. The laser is off before it moves.
+///
+/// @param rig   The rig.
+/// @param pan   Reading of the device, radians; positive is right.
+/// @param tilt  Reading of the device, radians; positive is up.
+/// @param token Stops the move from another thread; may be NULL.
+/// @param error Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNREACHABLE outside the head's range;
+///         PTZCAL_STATUS_DEVICE_TIMEOUT when it does not arrive; PTZCAL_STATUS_CANCELLED: the head
+///         was stopped; PTZCAL_STATUS_BUSY; a device's own.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_move(
+    rig: *mut ptzcal_rig,
+    pan: f64,
+    tilt: f64,
+    token: *const ptzcal_cancel,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        let (pan, tilt) = (number(pan, "pan")?, number(tilt, "tilt")?);
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (mut rig, cancel) = unsafe { borrow(rig)?.work(ptzcal_cancel::share(token))? };
+        rig.move_to(pan, tilt, &cancel).map(|_| ())
+    })
+}
+
+/// Reads where the head is.
+///
+/// @param rig   The rig.
+/// @param pan   Receives the reading, radians.
+/// @param tilt  Receives the reading, radians.
+/// @param error Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY; a device's own.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_position(
+    rig: *mut ptzcal_rig,
+    pan: *mut f64,
+    tilt: *mut f64,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (rig, pan, tilt) = unsafe { (borrow(rig)?, Out::new(pan, "pan")?, Out::new(tilt, "tilt")?) };
+        let position = rig.rig.lock(ptzcal_rig::NAME)?.position()?;
+        pan.write(position.pan);
+        tilt.write(position.tilt);
+        Ok(())
+    })
+}
+
+/// Turns the head so that the laser hits a point, and waits until it stands still.
+///
+/// @param rig   The rig.
+/// @param xyz   3 numbers: the point in the rig's world, metres.
+/// @param token Stops the move from another thread; may be NULL.
+/// @param pan   Receives the reading aimed at, radians; may be NULL.
+/// @param tilt  Receives the reading aimed at, radians; may be NULL.
+/// @param error Receives the error; may be NULL.
+/// @return As ptzcal_rig_move; PTZCAL_STATUS_UNREACHABLE also for points nearer than the laser's
+///         distance from the axes.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_aim_at_point(
+    rig: *mut ptzcal_rig,
+    xyz: *const f64,
+    token: *const ptzcal_cancel,
+    pan: *mut f64,
+    tilt: *mut f64,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (rig, xyz, token, place) = unsafe {
+            (borrow(rig)?, vectors::<3>(xyz, 1, "xyz")?, ptzcal_cancel::share(token), AimOut::new(pan, tilt)?)
+        };
+        let (mut rig, cancel) = rig.work(token)?;
+        place.write(rig.aim_at_point(&Vector3::from(xyz[0]), &cancel)?);
+        Ok(())
+    })
+}
+
+/// Turns the head so that the laser hits what the head camera sees now at a pixel.
+///
+/// @param rig   The rig.
+/// @param u     Pixel in the head camera's image.
+/// @param v     Pixel in the head camera's image.
+/// @param depth Distance of what is seen along the camera's axis, metres, positive.
+/// @param token Stops the move from another thread; may be NULL.
+/// @param pan   Receives the reading aimed at, radians; may be NULL.
+/// @param tilt  Receives the reading aimed at, radians; may be NULL.
+/// @param error Receives the error; may be NULL.
+/// @return As ptzcal_rig_aim_at_point.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_aim_at_pixel(
+    rig: *mut ptzcal_rig,
+    u: f64,
+    v: f64,
+    depth: f64,
+    token: *const ptzcal_cancel,
+    pan: *mut f64,
+    tilt: *mut f64,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        let pixel = Vector2::new(number(u, "u")?, number(v, "v")?);
+        let depth = number(depth, "depth")?;
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (rig, token, place) = unsafe { (borrow(rig)?, ptzcal_cancel::share(token), AimOut::new(pan, tilt)?) };
+        let (mut rig, cancel) = rig.work(token)?;
+        place.write(rig.aim_at_pixel(&pixel, depth, &cancel)?);
+        Ok(())
+    })
+}
+
+/// Where the angles of an aim go; either place may be NULL.
+struct AimOut([Option<Out<f64>>; 2]);
+
+impl AimOut {
+    /// # Safety
+    /// Both are NULL or writable until the call ends.
+    unsafe fn new(pan: *mut f64, tilt: *mut f64) -> Result<Self> {
+        let place = |ptr: *mut f64, name| {
+            // SAFETY: by this function's contract.
+            if ptr.is_null() { Ok(None) } else { unsafe { Out::new(ptr, name) }.map(Some) }
+        };
+        Ok(Self([place(pan, "pan")?, place(tilt, "tilt")?]))
+    }
+
+    fn write(self, aim: Aim) {
+        for (place, angle) in self.0.into_iter().zip([aim.pan, aim.tilt]) {
+            if let Some(place) = place {
+                place.write(angle);
+            }
+        }
+    }
+}
+
+/// The readings at which the laser of a rig hits a point, without moving anything.
+///
+/// @param model The rig's model.
+/// @param xyz   3 numbers: the point in the rig's world, metres.
+/// @param pan   Receives the reading, radians; may be NULL.
+/// @param tilt  Receives the reading, radians; may be NULL.
+/// @param error Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNREACHABLE; PTZCAL_STATUS_NOT_FINITE;
+///         PTZCAL_STATUS_INVALID_ARGUMENT for a model that makes no sense.
+///
+/// Threads: free.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_model_aim(
+    model: *const ptzcal_rig_model,
+    xyz: *const f64,
+    pan: *mut f64,
+    tilt: *mut f64,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (model, xyz, place) = unsafe { (model_in(model)?, vectors::<3>(xyz, 1, "xyz")?, AimOut::new(pan, tilt)?) };
+        place.write(aim_at_point(&model, &Vector3::from(xyz[0]))?);
+        Ok(())
+    })
+}
+
+/// Switches the laser by hand. On is refused while the head moves. It goes off again by itself only
+/// when a call on this rig finds that its longest time on is over; the next move switches it off.
+///
+/// @param rig   The rig.
+/// @param on    1 or 0.
+/// @param error Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_LASER_REFUSED; PTZCAL_STATUS_BUSY; a device's own.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_set_laser(
+    rig: *mut ptzcal_rig,
+    on: i32,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        let on = switch(on)?;
+        // SAFETY: the caller keeps the header's rules for pointers.
+        unsafe { borrow(rig)? }.rig.lock(ptzcal_rig::NAME)?.set_laser(on)
+    })
+}
+
+/// Stops the head and switches the laser off, now. While another thread's call is at work with the
+/// rig, that call is cancelled instead: it stops the head and switches the laser off on its way out.
+///
+/// @param rig   The rig.
+/// @param error Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; a device's own when it did not obey.
+///
+/// Threads: shared.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_stop(rig: *const ptzcal_rig, error: *mut *mut ptzcal_error) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let rig = unsafe { borrow(rig)? };
+        rig.stop.cancel();
+        match rig.rig.lock(ptzcal_rig::NAME) {
+            Ok(mut alone) => alone.stop(),
+            Err(Error::Busy { .. }) => Ok(()),
+            Err(e) => Err(e),
+        }
+    })
+}
+
+/// Switches the laser off and keeps it off until ptzcal_rig_release, from any thread and whatever
+/// else is going on. Call it from an interlock, a timer, a button.
+///
+/// @param rig   The rig.
+/// @param error Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; the laser's own when it did not obey: cut its power.
+///
+/// Threads: shared.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_emergency_off(
+    rig: *const ptzcal_rig,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    // SAFETY: the caller keeps the header's rules for pointers.
+    guard(error, || unsafe { borrow(rig)? }.laser.emergency_off())
+}
+
+/// Ends an emergency: the laser may be switched on again.
+///
+/// @param rig   The rig.
+/// @param error Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_LASER_REFUSED when the laser cannot be trusted.
+///
+/// Threads: shared.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_release(rig: *const ptzcal_rig, error: *mut *mut ptzcal_error) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    // SAFETY: the caller keeps the header's rules for pointers.
+    guard(error, || unsafe { borrow(rig)? }.laser.release())
+}
