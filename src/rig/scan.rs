@@ -75,6 +75,7 @@ impl ScanOptions {
         if !(0.0..=10.0).contains(&self.laser_latency) {
             return Err(Error::invalid("laser_latency", format!("{} s is not in [0, 10]", self.laser_latency)));
         }
+        self.spot.check()?;
         self.gate.validate()
     }
 }

@@ -7,6 +7,7 @@ use nalgebra::Vector2;
 
 use crate::calibrate::{CalibrationOptions, calibrate_camera};
 use crate::control::Clock;
+use crate::detect::spot::SpotOptions;
 use crate::error::Error;
 use crate::rig::fake::{Event, Fake, Habits, SIZE, fixed_camera, laser_hit, model};
 use crate::rig::*;
@@ -260,6 +261,7 @@ fn arguments_are_checked_before_anything_moves() {
         ScanOptions { frames_per_state: 0, ..good.clone() },
         ScanOptions { attempts: 0, ..good.clone() },
         ScanOptions { laser_latency: f64::NAN, ..good.clone() },
+        ScanOptions { spot: SpotOptions { min_signal_to_noise: f64::NAN, ..SpotOptions::default() }, ..good.clone() },
         gate(|g| g.depth_range = [2.0, 1.0]),
         gate(|g| g.half_width = f64::NAN),
         gate(|g| g.sigmas = 0.0),
