@@ -91,7 +91,7 @@ impl Default for SpotOptions {
 }
 
 impl SpotOptions {
-    fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         let snr = self.min_signal_to_noise;
         if !(snr >= 0.0 && snr.is_finite()) {
             return Err(Error::invalid("min_signal_to_noise", format!("{snr}")));
