@@ -45,7 +45,7 @@ impl ptzcal_calibration_options {
     }
 }
 
-fn distortion_model(value: u32) -> Result<DistortionModel> {
+pub(super) fn distortion_model(value: u32) -> Result<DistortionModel> {
     use DistortionModel::{BrownConrady, Division, None, Radial1, Radial2};
     [None, Radial1, Radial2, BrownConrady, Division]
         .into_iter()
