@@ -2135,7 +2135,7 @@ ptzcal_status ptzcal_simulator_stop(const ptzcal_simulator *simulator,
                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
- * Switches the simulated laser.
+ * Switches the simulated laser. What was switched on here goes off when the simulator is freed.
  *
  * @param simulator The simulator.
  * @param on        1 or 0.

@@ -335,7 +335,8 @@ pub unsafe extern "C" fn ptzcal_rig_options_set_log(
 /// @param move_timeout Longest time for a move, seconds; the default is 30.
 /// @param picture      Longest wait for a still picture, seconds; the default is 5, 0 does not look.
 /// @param error        Receives the error; may be NULL.
-/// @return PTZCAL_STATUS_OK; opening refuses values that make no sense.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; opening refuses what makes no sense
+///         together.
 ///
 /// Threads: exclusive.
 /// Since 0.1.0.
