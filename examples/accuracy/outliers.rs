@@ -39,7 +39,6 @@ pub fn run(runs: usize, report: &mut impl FnMut(Vec<Figure>)) {
                 failures += usize::from(error > 4e-3);
             }
             Err(e) => {
-                println!("run {run}: {e}");
                 failures += 1;
             }
         }

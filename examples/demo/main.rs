@@ -34,8 +34,8 @@ fn main() -> Outcome<()> {
     let mut rig = open(&simulator)?;
     // 47 x 43 positions = 2021 shots over the field of view of the fixed camera.
     let region = ScanRegion {
-        pan: [-26f64, 23.0].map(f64::to_radians),
-        tilt: [-20f64, 18.0].map(f64::to_radians),
+        pan: [-26f64, 14.0].map(f64::to_radians),
+        tilt: [-19f64, 16.0].map(f64::to_radians),
         pan_steps: 47,
         tilt_steps: 43,
     };

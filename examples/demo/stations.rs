@@ -60,7 +60,7 @@ pub fn run() -> Outcome<()> {
 
 /// Floor, front of the large box, back wall, right wall, from station 1.
 const FIRST: [Patch; 4] =
-    [[-22.0, -18.0, -24.0, -21.0], [-20.0, 2.0, -22.0, -8.0], [4.0, 20.0, -8.0, 0.0], [28.0, 50.0, -8.0, 10.0]];
+    [[-40.0, -27.0, -24.0, -21.0], [-20.0, 2.0, -22.0, -8.0], [4.0, 20.0, -8.0, 0.0], [28.0, 50.0, -8.0, 10.0]];
 
 /// The same planes from station 2, 37 degrees further right.
 const SECOND: [Patch; 4] =

@@ -17,6 +17,7 @@ use super::{Rig, RigModel};
 use crate::calibrate::{CalibrationOptions, calibrate_camera};
 use crate::control::{Cancel, LogLevel};
 use crate::detect::spot::{Band, SpotOptions, detect_spot};
+use crate::device::PtzCapabilities;
 use crate::error::{Error, Result};
 
 /// How a region is scanned.
@@ -277,6 +278,7 @@ impl Scanner<'_> {
 
     fn try_shot(&mut self, index: u32) -> Result<Shot> {
         let (pan, tilt) = self.scan.region.position(index);
+        let (pan, tilt) = whole_steps(&self.rig.capabilities, pan, tilt);
         let position = self.rig.move_to(pan, tilt, &self.options.cancel)?;
         if self.scan.shots.first().is_some_and(|first| (first.zoom - position.zoom).abs() > 1e-3) {
             return Err(Error::Device { reason: "the zoom has changed: the rig's model does not hold".into() });
@@ -455,4 +457,17 @@ fn identity(region: &ScanRegion, model: &RigModel, options: &ScanOptions, fixed:
             .finish(),
         options: settings.finish(),
     }
+}
+
+/// The nearest position on whole encoder steps: between two steps the reading is a toss-up, and off by
+/// a step where it lands on the wrong one; on a step it is exact (maths.md section 6).
+fn whole_steps(capabilities: &PtzCapabilities, pan: f64, tilt: f64) -> (f64, f64) {
+    let snap = |angle: f64, step: f64, [low, high]: [f64; 2]| {
+        let snapped = if step > 0.0 { (angle / step).round() * step } else { angle };
+        if (low..=high).contains(&snapped) { snapped } else { angle }
+    };
+    (
+        snap(pan, capabilities.pan_step, capabilities.pan_range),
+        snap(tilt, capabilities.tilt_step, capabilities.tilt_range),
+    )
 }

@@ -128,9 +128,3 @@ fn lies_people_and_drift_do_not_spoil_a_scan() {
     let near = errors[0].as_ref().unwrap();
     assert!(near.centre < 5e-3 && near.focal < 0.005, "{near:?}");
 }
-
-#[test]
-#[ignore = "takes a minute: the time of a full scan"]
-fn time_of_2021_shots() {
-    run("sim:room", &region(47, 43));
-}
