@@ -2370,7 +2370,8 @@ ptzcal_status ptzcal_rig_options_set_log(ptzcal_rig_options *options,
  * @param move_timeout Longest time for a move, seconds; the default is 30.
  * @param picture      Longest wait for a still picture, seconds; the default is 5, 0 does not look.
  * @param error        Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; opening refuses values that make no sense.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; opening refuses what makes no sense
+ *         together.
  *
  * Threads: exclusive.
  * Since 0.1.0.
@@ -2792,7 +2793,8 @@ ptzcal_status ptzcal_scan_options_add_camera_address(ptzcal_scan_options *option
  *
  * @param options The options.
  * @param camera  The camera's number.
- * @param known   The camera, calibrated in the rig's world; NULL: nothing is known (the default).
+ * @param known   The camera, calibrated in the rig's world; may be NULL: nothing is known (the
+ *                default).
  * @param error   Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
  *
@@ -2855,7 +2857,7 @@ ptzcal_status ptzcal_scan_options_set_coarse_shots(ptzcal_scan_options *options,
  * Sets how spots are found; region and band of the spot options are set by the scan.
  *
  * @param options The options.
- * @param spot    The spot options, copied; NULL: the defaults.
+ * @param spot    The spot options, copied; may be NULL: the defaults.
  * @param error   Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
  *
@@ -2895,7 +2897,7 @@ ptzcal_status ptzcal_scan_options_set_gate(ptzcal_scan_options *options,
  * the same scan, the scan goes on from it; a file that is no journal is never touched.
  *
  * @param options The options.
- * @param path    The file; NULL: none (the default).
+ * @param path    The file; may be NULL: none (the default).
  * @param sync    1: wait for the disk at each shot, so that a power cut loses none either; 0: do not.
  * @param error   Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
@@ -3070,7 +3072,7 @@ ptzcal_status ptzcal_correspondences_add_scan(ptzcal_correspondences *set,
  *
  * @param edges  The set.
  * @param scan   The scan.
- * @param region The range of readings; its steps do not matter. NULL: all shots.
+ * @param region The range of readings; its steps do not matter; may be NULL: all shots.
  * @param plane  Receives the plane's number in the set.
  * @param error  Receives the error; may be NULL.
  * @return As ptzcal_roof_edges_add_plane_shots.

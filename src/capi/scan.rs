@@ -382,7 +382,8 @@ unsafe fn change_camera(
 ///
 /// @param options The options.
 /// @param camera  The camera's number.
-/// @param known   The camera, calibrated in the rig's world; NULL: nothing is known (the default).
+/// @param known   The camera, calibrated in the rig's world; may be NULL: nothing is known (the
+///                default).
 /// @param error   Receives the error; may be NULL.
 /// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
 ///
@@ -494,7 +495,7 @@ pub unsafe extern "C" fn ptzcal_scan_options_set_coarse_shots(
 /// Sets how spots are found; region and band of the spot options are set by the scan.
 ///
 /// @param options The options.
-/// @param spot    The spot options, copied; NULL: the defaults.
+/// @param spot    The spot options, copied; may be NULL: the defaults.
 /// @param error   Receives the error; may be NULL.
 /// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
 ///
@@ -566,7 +567,7 @@ pub unsafe extern "C" fn ptzcal_scan_options_set_gate(
 /// the same scan, the scan goes on from it; a file that is no journal is never touched.
 ///
 /// @param options The options.
-/// @param path    The file; NULL: none (the default).
+/// @param path    The file; may be NULL: none (the default).
 /// @param sync    1: wait for the disk at each shot, so that a power cut loses none either; 0: do not.
 /// @param error   Receives the error; may be NULL.
 /// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
@@ -914,7 +915,7 @@ pub unsafe extern "C" fn ptzcal_correspondences_add_scan(
 ///
 /// @param edges  The set.
 /// @param scan   The scan.
-/// @param region The range of readings; its steps do not matter. NULL: all shots.
+/// @param region The range of readings; its steps do not matter; may be NULL: all shots.
 /// @param plane  Receives the plane's number in the set.
 /// @param error  Receives the error; may be NULL.
 /// @return As ptzcal_roof_edges_add_plane_shots.

@@ -214,7 +214,7 @@ static void bad_images(void)
   BAD(i.height = H + 1, PTZCAL_STATUS_BUFFER_TOO_SMALL);
   BAD((i.format = PTZCAL_PIXEL_FORMAT_YUYV, i.width = W / 2 - 1), PTZCAL_STATUS_INVALID_ARGUMENT);
   BAD(i.format = PTZCAL_PIXEL_FORMAT_NV12, PTZCAL_STATUS_NULL_POINTER);
-  BAD((i.format = PTZCAL_PIXEL_FORMAT_I420, i.plane[1] = i.plane[2] = i.plane[0]), PTZCAL_STATUS_INVALID_ARGUMENT);
+  BAD((i.format = PTZCAL_PIXEL_FORMAT_I420, i.plane[1] = i.plane[2] = i.plane[0]), PTZCAL_STATUS_BUFFER_TOO_SMALL);
   BAD((i.format = PTZCAL_PIXEL_FORMAT_NV12, i.plane[1] = i.plane[0], i.stride[1] = W), PTZCAL_STATUS_BUFFER_TOO_SMALL);
 }
 

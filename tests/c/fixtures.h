@@ -19,6 +19,9 @@ static ptzcal_calibration_summary fixture_calibration_summary[1];
 
 static ptzcal_pose fixture_pose[1];
 static ptzcal_ptz fixture_ptz[1];
+static ptzcal_region fixture_region[1];
+static ptzcal_shot fixture_shot[1];
+static ptzcal_scan_summary fixture_scan_summary[1];
 
 static ptzcal_error *fixture_error;
 static ptzcal_cancel *fixture_cancel;
@@ -32,6 +35,8 @@ static ptzcal_pose_estimate *fixture_pose_estimate;
 static ptzcal_simulator *fixture_simulator;
 static ptzcal_rig_options *fixture_rig_options;
 static ptzcal_rig *fixture_rig;
+static ptzcal_scan_options *fixture_scan_options;
+static ptzcal_scan *fixture_scan;
 
 static unsigned char fixture_pixels[16 * 12];
 static double fixture_xyz[FIXTURE_POINTS * 3];
@@ -163,6 +168,13 @@ static inline void fixture_log_fn(void *user, int32_t level, const char *message
   (void)user, (void)level, (void)message;
 }
 
+/* Stops at once. */
+static inline int32_t fixture_progress_fn(void *user, const ptzcal_progress *progress)
+{
+  (void)user, (void)progress;
+  return 1;
+}
+
 static inline void make_ptz(ptzcal_ptz *ptz)
 {
   CHECK_OK(ptzcal_ptz_init(ptz, sizeof *ptz));
@@ -199,10 +211,17 @@ static inline void make_fixtures(void)
   CHECK_OK(ptzcal_rig_options_set_address(fixture_rig_options, "sim:room", NULL));
   CHECK_OK(ptzcal_rig_options_set_settle(fixture_rig_options, 2, 0.1, 0.0, 30.0, 0.0, NULL));
   CHECK_OK(ptzcal_rig_open(fixture_rig_options, &fixture_rig, NULL));
+  CHECK_OK(ptzcal_region_init(fixture_region, sizeof *fixture_region));
+  CHECK_OK(ptzcal_shot_init(fixture_shot, sizeof *fixture_shot));
+  CHECK_OK(ptzcal_scan_summary_init(fixture_scan_summary, sizeof *fixture_scan_summary));
+  CHECK_OK(ptzcal_scan_options_new(&fixture_scan_options, NULL));
+  CHECK_OK(ptzcal_rig_scan_region(fixture_rig, fixture_region, NULL, NULL, NULL, &fixture_scan, NULL));
 }
 
 static inline void free_fixtures(void)
 {
+  ptzcal_scan_free(fixture_scan);
+  ptzcal_scan_options_free(fixture_scan_options);
   CHECK_OK(ptzcal_rig_close(fixture_rig, NULL));
   ptzcal_rig_options_free(fixture_rig_options);
   ptzcal_simulator_free(fixture_simulator);

@@ -181,7 +181,7 @@ static void *move_for_ever(void *status)
   do {
     pan = -pan;
     *(ptzcal_status *)status = ptzcal_rig_move(shared_rig, pan, 0.0, token, NULL);
-  } while (*(ptzcal_status *)status == PTZCAL_STATUS_OK);
+  } while (*(ptzcal_status *)status == PTZCAL_STATUS_OK || *(ptzcal_status *)status == PTZCAL_STATUS_BUSY);
   return NULL;
 }
 

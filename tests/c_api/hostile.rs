@@ -24,6 +24,8 @@ fn good(found: &Declarations, f: &Function, p: &Param) -> String {
         "const double *" => "numbers".into(),
         "double *" | "uint8_t *" | "uint32_t *" | "int32_t *" | "size_t *" => "(void *)output".into(),
         "const ptzcal_image *const *" => "fixture_images".into(),
+        "const char *" if p.name == "path" => "\"file\"".into(),
+        "const char *" if f.name.contains("camera") => "\"sim:fixed/0\"".into(),
         "const char *" => "\"sim:room\"".into(),
         "void *" => "NULL".into(),
         kind if kind.ends_with("_fn") => fixture(kind),

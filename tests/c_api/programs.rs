@@ -43,7 +43,8 @@ pub fn call(program: &Path, wrapper: &[&str]) {
     if !wrapper.is_empty() {
         command.arg(program);
     }
-    run(command.arg(library().shared()).arg(program.parent().unwrap()));
+    let folder = program.parent().unwrap();
+    run(command.arg(library().shared()).arg(folder).current_dir(folder));
 }
 
 pub const VALGRIND: [&str; 7] = [
