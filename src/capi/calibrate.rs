@@ -64,7 +64,7 @@ fn sigma(value: f64, name: &'static str) -> Result<f64> {
 
 /// A calibrated camera with all that says how good it is. Immutable: any number of threads may read
 /// it.
-pub struct ptzcal_calibration(Calibration);
+pub struct ptzcal_calibration(pub(super) Calibration);
 
 impl Handle for ptzcal_calibration {
     const NAME: &'static str = "calibration";

@@ -27,6 +27,7 @@ pub mod correspondences;
 pub mod detect;
 pub mod devices;
 pub mod error;
+pub mod file;
 pub mod image;
 pub mod log;
 pub mod pose;
