@@ -21,6 +21,7 @@ mod sized;
 
 pub mod args;
 pub mod calibrate;
+pub mod calibration_options;
 pub mod camera;
 pub mod cancel;
 pub mod correspondences;
@@ -34,7 +35,10 @@ pub mod pose;
 pub mod progress;
 pub mod rig;
 pub mod rig_model;
+pub mod rig_options;
+pub mod roof_edges;
 pub mod scan;
+pub mod scan_options;
 pub mod shot;
 pub mod simulator;
 pub mod status;
