@@ -10,6 +10,8 @@
 //!    handles out first (they are set to NULL on entry), then inputs, then outputs.
 //! 3. Then safe code only; outputs are written last, so that a failure leaves them untouched.
 #![allow(unsafe_code)]
+// The comments are the text of a C header.
+#![allow(rustdoc::broken_intra_doc_links)]
 // C's names are C's.
 #![allow(non_camel_case_types)]
 // Every pointer obeys the rules at the top of the header; they are not repeated on each function.
