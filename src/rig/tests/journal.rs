@@ -209,6 +209,15 @@ fn other_files_versions_and_scans_are_refused_and_left_alone() {
 }
 
 #[test]
+fn a_journal_is_one_scans_at_a_time() {
+    let scratch = Scratch::new();
+    let first = scratch.open().unwrap();
+    assert!(matches!(scratch.open(), Err(Error::Busy { what: "the journal" })));
+    drop(first);
+    assert!(scratch.open().is_ok());
+}
+
+#[test]
 fn places_that_cannot_be_written_are_errors() {
     let missing = Scratch::new().0.join("no/such/directory");
     assert!(matches!(Journal::open(&missing, &IDENTITY, POSITIONS, true), Err(Error::FileIo { .. })));
