@@ -228,7 +228,8 @@ typedef struct ptzcal_error ptzcal_error;
 /**
  * Status of an error: the one that the failed call returned.
  *
- * @param error The error; may be NULL, which means no error: PTZCAL_STATUS_OK.
+ * @param error The error; may be NULL.
+ * @return Its status; PTZCAL_STATUS_OK for NULL.
  *
  * Threads: shared.
  * Since 0.1.0.
@@ -239,8 +240,8 @@ ptzcal_status ptzcal_error_status(const ptzcal_error *error) PTZCAL_NOEXCEPT;
  * What went wrong, one line of English UTF-8, with the offending value in it. For logs and people:
  * the wording may change in any version, so decide by the status.
  *
- * @param error The error; may be NULL: "".
- * @return A string that lives as long as the error; never NULL.
+ * @param error The error; may be NULL.
+ * @return A string that lives as long as the error; "" for NULL; never NULL.
  *
  * Threads: shared.
  * Since 0.1.0.
@@ -250,8 +251,9 @@ const char *ptzcal_error_message(const ptzcal_error *error) PTZCAL_NOEXCEPT;
 /**
  * What the user can do about it, one line of English UTF-8.
  *
- * @param error The error; may be NULL: "".
- * @return A string that lives as long as the error; "" when there is nothing to say; never NULL.
+ * @param error The error; may be NULL.
+ * @return A string that lives as long as the error; "" when there is nothing to say, and for NULL;
+ *         never NULL.
  *
  * Threads: shared.
  * Since 0.1.0.
@@ -261,8 +263,8 @@ const char *ptzcal_error_hint(const ptzcal_error *error) PTZCAL_NOEXCEPT;
 /**
  * Which point, view or sample is at fault, counted from 0.
  *
- * @param error The error; may be NULL: -1.
- * @return The index, or -1 when no single one is at fault.
+ * @param error The error; may be NULL.
+ * @return The index, or -1 when no single one is at fault, and for NULL.
  *
  * Threads: shared.
  * Since 0.1.0.
@@ -347,8 +349,8 @@ ptzcal_status ptzcal_cancel_reset(const ptzcal_cancel *token) PTZCAL_NOEXCEPT;
 /**
  * Has cancellation been requested?
  *
- * @param token The token; may be NULL: 0.
- * @return 1 when it was requested, else 0.
+ * @param token The token; may be NULL.
+ * @return 1 when it was requested, else 0; 0 for NULL.
  *
  * Threads: free.
  * Since 0.1.0.
@@ -396,6 +398,58 @@ typedef int32_t ptzcal_log_level;
 typedef void (*ptzcal_log_fn)(void *user, int32_t level, const char *message) PTZCAL_CALLBACK_NOEXCEPT;
 
 /* ================================================================================================
+ * Laser shots
+ *
+ * One position of a scan: where the head stood, and what its camera's spot says.
+ * ============================================================================================= */
+
+/** One position of a scan. */
+typedef struct ptzcal_shot {
+  /** Set by ptzcal_shot_init. */
+  uint32_t struct_size;
+  /** Position in the region: tilt step * pan_steps + pan step. */
+  uint32_t index;
+  /** The device's reading, radians. */
+  double pan;
+  /** The device's reading, radians. */
+  double tilt;
+  /** The device's own zoom scale. */
+  double zoom;
+  /** Seconds of the rig's clock. */
+  double time;
+  /** 1 when the head camera saw the spot; point, covariance and inverse depth are 0 otherwise. */
+  uint32_t found;
+  /** 1 when the point has a finite depth; point and covariance are 0 otherwise. */
+  uint32_t has_point;
+  /** How many fixed cameras saw the spot. */
+  uint32_t fixed_found;
+  /** What the head camera saw there without the laser: 0xRRGGBB. */
+  uint32_t colour;
+  /** The point in the rig's world, metres. */
+  double point[3];
+  /** Its covariance, row-major, m^2; of rank one, along the laser's line. */
+  double covariance[9];
+  /** 1 / depth along the head camera's axis, 1 / m; its noise is Gaussian. */
+  double inverse_depth;
+  /** Its variance, 1 / m^2. */
+  double inverse_depth_variance;
+  /** Squared distance of the spot from the laser's image line in standard deviations: about 1. */
+  double epipolar_chi2;
+} ptzcal_shot;
+
+/**
+ * Sets up a shot: everything 0.
+ *
+ * @param shot The struct.
+ * @param size sizeof *shot.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_shot_init(ptzcal_shot *shot, size_t size) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
  * Progress
  *
  * Long verbs take a callback that hears how far the work is and can stop it.
@@ -420,6 +474,13 @@ typedef struct ptzcal_progress {
   uint64_t total;
   /** Seconds since the work began. */
   double elapsed;
+  /** Estimated seconds until it is done; negative while nobody knows. */
+  double seconds_left;
+  /**
+   * A scan's newest shot, safe in the journal if there is one; NULL before the first, and for work
+   * that is no scan.
+   */
+  const ptzcal_shot *shot;
 } ptzcal_progress;
 
 /**
@@ -429,7 +490,7 @@ typedef struct ptzcal_progress {
  *
  * @param user     What was given with the callback.
  * @param progress Valid during the call.
- * @return 0 to go on; any other number stops the work with PTZCAL_STATUS_CANCELLED.
+ * @return 0 to go on; any other number stops the work. A scan that is stopped returns what it has.
  */
 typedef int32_t (*ptzcal_progress_fn)(void *user, const ptzcal_progress *progress) PTZCAL_CALLBACK_NOEXCEPT;
 
@@ -1196,8 +1257,8 @@ ptzcal_status ptzcal_calibration_options_set_distortion(ptzcal_calibration_optio
  * Keeps a known lens, so that only the pose is found: the points may then lie in a plane.
  *
  * @param options The options.
- * @param camera  Its intrinsics and distortion are kept; its image size must be positive, and its
- *                pose is ignored. May be NULL: the lens is found (the default).
+ * @param camera  A camera whose intrinsics and distortion are kept (its pose is ignored); may be
+ *                NULL: the lens is found, which is the default.
  * @param error   Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK.
  *
@@ -2576,6 +2637,452 @@ ptzcal_status ptzcal_rig_emergency_off(const ptzcal_rig *rig,
  */
 ptzcal_status ptzcal_rig_release(const ptzcal_rig *rig,
                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Scanning a region
+ *
+ * A scan turns the head over a grid of positions, measures a point with the laser at each, and
+ * watches any number of fixed cameras at the same time. It goes over the region twice: a coarse
+ * subset of positions tells roughly where each fixed camera stands, and for all others the spot is
+ * looked for only where it can be. With a journal, a scan that is killed goes on where it was.
+ * ============================================================================================= */
+
+/** What a scan measured. Immutable: any number of threads may read it. */
+typedef struct ptzcal_scan ptzcal_scan;
+
+/** How a region is scanned. */
+typedef struct ptzcal_scan_options ptzcal_scan_options;
+
+/**
+ * The pan and tilt positions of a scan: a grid, both ends included; a single step stands in the
+ * middle.
+ */
+typedef struct ptzcal_region {
+  /** Set by ptzcal_region_init. */
+  uint32_t struct_size;
+  /** Positions of pan, at least 1. */
+  uint32_t pan_steps;
+  /** Positions of tilt, at least 1. At most 1,000,000 positions in all. */
+  uint32_t tilt_steps;
+  /** 0. */
+  uint32_t reserved;
+  /** Least reading of pan, radians. */
+  double pan_min;
+  /** Greatest reading of pan, radians. */
+  double pan_max;
+  /** Least reading of tilt, radians. */
+  double tilt_min;
+  /** Greatest reading of tilt, radians. */
+  double tilt_max;
+} ptzcal_region;
+
+/** What a scan came to. */
+typedef struct ptzcal_scan_summary {
+  /** Set by ptzcal_scan_summary_init. */
+  uint32_t struct_size;
+  /** 1 when every position was visited; ptzcal_scan_end says why not. */
+  uint32_t complete;
+  /** Positions of the region. */
+  uint64_t positions;
+  /** Shots taken, those of the journal included. */
+  uint64_t shots;
+  /** Shots read from the journal. */
+  uint64_t resumed;
+  /** Shots whose spot the head camera saw. */
+  uint64_t found;
+  /** Fixed cameras watched. */
+  uint64_t fixed_cameras;
+  /** Records of the journal that were damaged; their positions were measured again. */
+  uint64_t journal_damaged;
+  /** Bytes of an unfinished record that were cut off the journal's end. */
+  uint64_t journal_cut;
+} ptzcal_scan_summary;
+
+/**
+ * Sets up a region: one position, straight ahead.
+ *
+ * @param region The struct.
+ * @param size   sizeof *region.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_region_init(ptzcal_region *region, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a summary: everything 0.
+ *
+ * @param summary The struct.
+ * @param size    sizeof *summary.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_summary_init(ptzcal_scan_summary *summary,
+                                       size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes options with their defaults: no fixed cameras, one frame per state, no journal.
+ *
+ * @param options Receives the options; free them with ptzcal_scan_options_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_new(ptzcal_scan_options **options,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees options.
+ *
+ * @param options The options; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_scan_options_free(ptzcal_scan_options *options) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a fixed camera of the host to those that the scan watches.
+ *
+ * @param options    The options.
+ * @param next_frame Hands over a frame, stamped by the rig's clock.
+ * @param user       Handed to the callback.
+ * @param width      Image size in pixels, 1 to 65536.
+ * @param height     Image size in pixels, 1 to 65536.
+ * @param index      Receives the camera's number, from 0 in the order of adding; may be NULL.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NULL_POINTER.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_add_camera(ptzcal_scan_options *options,
+                                             ptzcal_frame_fn next_frame,
+                                             void *user,
+                                             uint32_t width,
+                                             uint32_t height,
+                                             uint32_t *index,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a fixed camera by its address.
+ *
+ * @param options The options.
+ * @param address "sim:fixed/0": the first fixed camera of the rig's simulator.
+ * @param index   Receives the camera's number, from 0 in the order of adding; may be NULL.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_UNSUPPORTED.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_add_camera_address(ptzcal_scan_options *options,
+                                                     const char *address,
+                                                     uint32_t *index,
+                                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Says what is known of a watched camera, so that its spots are looked for in the right place from
+ * the first shot.
+ *
+ * @param options The options.
+ * @param camera  The camera's number.
+ * @param known   The camera, calibrated in the rig's world; NULL: nothing is known (the default).
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_set_known_camera(ptzcal_scan_options *options,
+                                                   uint32_t camera,
+                                                   const ptzcal_camera *known,
+                                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the lens model with which a watched camera is calibrated between the two passes.
+ *
+ * @param options The options.
+ * @param camera  The camera's number.
+ * @param model   A ptzcal_distortion_model; the default is PTZCAL_DISTORTION_MODEL_RADIAL1.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_set_distortion(ptzcal_scan_options *options,
+                                                 uint32_t camera,
+                                                 uint32_t model,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets how many frames are averaged with the laser off, and with it on.
+ *
+ * @param options The options.
+ * @param frames  1 to 256; the default is 1.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_set_frames_per_state(ptzcal_scan_options *options,
+                                                       uint32_t frames,
+                                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets about how many positions the coarse pass takes.
+ *
+ * @param options The options.
+ * @param shots   The default is 80; 0: no coarse pass.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_set_coarse_shots(ptzcal_scan_options *options,
+                                                   uint32_t shots,
+                                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets how spots are found; region and band of the spot options are set by the scan.
+ *
+ * @param options The options.
+ * @param spot    The spot options, copied; NULL: the defaults.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_set_spot(ptzcal_scan_options *options,
+                                           const ptzcal_spot_options *spot,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets where spots can be: the depths of the scene, and how far from its predicted place a spot may
+ * be.
+ *
+ * @param options     The options.
+ * @param nearest     Metres along the head camera's axis, positive; the default is 0.3.
+ * @param farthest    Metres; the default is 100.
+ * @param half_width  Half the width of the bands that are searched, pixels; the default is 16: the
+ *                    spot with its halo has to fit in.
+ * @param model_sigma Standard deviation of the rig model's errors in its images, pixels; the default
+ *                    is 1.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; the scan refuses values that make no sense.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_set_gate(ptzcal_scan_options *options,
+                                           double nearest,
+                                           double farthest,
+                                           double half_width,
+                                           double model_sigma,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the journal: each shot is in it before it is reported. When the file is there and belongs to
+ * the same scan, the scan goes on from it; a file that is no journal is never touched.
+ *
+ * @param options The options.
+ * @param path    The file; NULL: none (the default).
+ * @param sync    1: wait for the disk at each shot, so that a power cut loses none either; 0: do not.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_set_journal(ptzcal_scan_options *options,
+                                              const char *path,
+                                              int32_t sync,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the token that stops the scan.
+ *
+ * @param options The options.
+ * @param token   The token; may be NULL: none (the default). It may be freed before the options.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_set_cancel(ptzcal_scan_options *options,
+                                             const ptzcal_cancel *token,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Scans a region. A scan that ends early (stopped by the callback, cancelled, a device or the
+ * journal failed) still returns what it measured: PTZCAL_STATUS_OK with a scan that is not
+ * complete, and ptzcal_scan_end says why. However it ends, the laser is off and the head was told to
+ * stop.
+ *
+ * @param rig      The rig.
+ * @param region   The positions.
+ * @param options  The options; may be NULL: the defaults, without fixed cameras.
+ * @param progress Hears of each shot and can stop the scan; may be NULL.
+ * @param user     Handed to the callback.
+ * @param scan     Receives the scan; free it with ptzcal_scan_free.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; and before anything moves PTZCAL_STATUS_INVALID_ARGUMENT,
+ *         PTZCAL_STATUS_UNREACHABLE for a region out of the head's reach, PTZCAL_STATUS_FILE_IO and
+ *         its kin for the journal, PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_scan_region(ptzcal_rig *rig,
+                                     const ptzcal_region *region,
+                                     const ptzcal_scan_options *options,
+                                     ptzcal_progress_fn progress,
+                                     void *user,
+                                     ptzcal_scan **scan,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a scan.
+ *
+ * @param scan The scan; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_scan_free(ptzcal_scan *scan) PTZCAL_NOEXCEPT;
+
+/**
+ * What a scan came to.
+ *
+ * @param scan    The scan.
+ * @param summary Receives the summary; set up by ptzcal_scan_summary_init.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_get_summary(const ptzcal_scan *scan,
+                                      ptzcal_scan_summary *summary,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * How a scan ended: fails with the reason when it is not complete.
+ *
+ * @param scan  The scan.
+ * @param error Receives the reason; may be NULL.
+ * @return PTZCAL_STATUS_OK for a complete scan; PTZCAL_STATUS_CANCELLED when it was stopped or
+ *         cancelled; the status of the device or file that failed.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_end(const ptzcal_scan *scan, ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * A shot of a scan, in the order in which they were taken.
+ *
+ * @param scan  The scan.
+ * @param index From 0 to the number of shots less 1.
+ * @param shot  Receives the shot; set up by ptzcal_shot_init.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT when there is no such shot.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_get_shot(const ptzcal_scan *scan,
+                                   size_t index,
+                                   ptzcal_shot *shot,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Where a camera saw the spot of a shot.
+ *
+ * @param scan   The scan.
+ * @param index  The shot.
+ * @param camera A fixed camera's number, or PTZCAL_HEAD_CAMERA.
+ * @param spot   Receives the spot; set up by ptzcal_spot_init.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FOUND or PTZCAL_STATUS_AMBIGUOUS when the camera has no
+ *         spot for this shot (the message says why); PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_get_spot(const ptzcal_scan *scan,
+                                   size_t index,
+                                   uint32_t camera,
+                                   ptzcal_spot *spot,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the measured points, in the order of the shots; shots without a point are left out.
+ *
+ * @param scan     The scan.
+ * @param xyz      Receives 3 numbers a point, metres; may be NULL when capacity is 0.
+ * @param capacity Numbers that fit.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: nothing was copied.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_copy_points(const ptzcal_scan *scan,
+                                      double *xyz,
+                                      size_t capacity,
+                                      size_t *needed,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds to a set what the head camera and a fixed camera saw together: the calibration of that
+ * camera from this scan.
+ *
+ * @param set    The set, for the camera's image size.
+ * @param scan   The scan.
+ * @param camera The fixed camera's number.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a camera that was not watched or has
+ *         another image size; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_correspondences_add_scan(ptzcal_correspondences *set,
+                                              const ptzcal_scan *scan,
+                                              uint32_t camera,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a plane fitted to the shots of a scan within a range of readings: the scan of a region that
+ * shows one plane, or a part of it that does.
+ *
+ * @param edges  The set.
+ * @param scan   The scan.
+ * @param region The range of readings; its steps do not matter. NULL: all shots.
+ * @param plane  Receives the plane's number in the set.
+ * @param error  Receives the error; may be NULL.
+ * @return As ptzcal_roof_edges_add_plane_shots.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_roof_edges_add_plane_scan(ptzcal_roof_edges *edges,
+                                               const ptzcal_scan *scan,
+                                               const ptzcal_region *region,
+                                               uint32_t *plane,
+                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 #ifdef __cplusplus
 } /* extern "C" */

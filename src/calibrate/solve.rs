@@ -9,7 +9,7 @@ use super::spread::{self, Noise};
 use super::start::{Search, Start};
 use super::{Calibration, CalibrationOptions, Correspondences, Observation};
 use crate::error::{Degeneracy, Error, Result};
-use crate::geometry::Camera;
+use crate::geometry::{Camera, Intrinsics};
 
 /// Squared Mahalanobis distance beyond which a point is an outlier: a chance of 1 in 1000.
 const OUTLIER: f64 = 13.8;
@@ -170,6 +170,7 @@ impl Fitter<'_> {
         }
         let mut factor = self.floor(start.noise_factor);
         let mut inliers = self.classify(&camera, factor)?;
+        self.force(&mut camera.intrinsics);
         for round in 0..MAX_ROUNDS {
             let subset = select(self.measurements, &inliers);
             let refined = self.refine(&subset, camera, factor)?;
@@ -183,6 +184,19 @@ impl Fitter<'_> {
             inliers = next;
         }
         Err(Error::Internal { reason: "refinement rounds ran out".into() })
+    }
+
+    /// What a prior of no width forces is not among the refinement's unknowns: it begins forced.
+    fn force(&self, intrinsics: &mut Intrinsics) {
+        if self.options.fixed_lens.is_none() {
+            if self.options.skew_sigma == 0.0 {
+                intrinsics.skew = 0.0;
+            }
+            if self.options.aspect_sigma == 0.0 {
+                let f = (intrinsics.fx * intrinsics.fy).sqrt();
+                (intrinsics.fx, intrinsics.fy) = (f, f);
+            }
+        }
     }
 
     /// The last refinement, at the noise that its own residuals show.

@@ -45,7 +45,7 @@ impl ptzcal_calibration_options {
     }
 }
 
-fn distortion_model(value: u32) -> Result<DistortionModel> {
+pub(super) fn distortion_model(value: u32) -> Result<DistortionModel> {
     use DistortionModel::{BrownConrady, Division, None, Radial1, Radial2};
     [None, Radial1, Radial2, BrownConrady, Division]
         .into_iter()
@@ -188,8 +188,8 @@ pub unsafe extern "C" fn ptzcal_calibration_options_set_distortion(
 /// Keeps a known lens, so that only the pose is found: the points may then lie in a plane.
 ///
 /// @param options The options.
-/// @param camera  Its intrinsics and distortion are kept; its image size must be positive, and its
-///                pose is ignored. May be NULL: the lens is found (the default).
+/// @param camera  A camera whose intrinsics and distortion are kept (its pose is ignored); may be
+///                NULL: the lens is found, which is the default.
 /// @param error   Receives the error; may be NULL.
 /// @return PTZCAL_STATUS_OK.
 ///

@@ -97,8 +97,8 @@ pub unsafe extern "C" fn ptzcal_cancel_reset(token: *const ptzcal_cancel) -> ptz
 
 /// Has cancellation been requested?
 ///
-/// @param token The token; may be NULL: 0.
-/// @return 1 when it was requested, else 0.
+/// @param token The token; may be NULL.
+/// @return 1 when it was requested, else 0; 0 for NULL.
 ///
 /// Threads: free.
 /// Since 0.1.0.

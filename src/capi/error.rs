@@ -43,7 +43,8 @@ pub(super) fn c_string(text: &str) -> CString {
 
 /// Status of an error: the one that the failed call returned.
 ///
-/// @param error The error; may be NULL, which means no error: PTZCAL_STATUS_OK.
+/// @param error The error; may be NULL.
+/// @return Its status; PTZCAL_STATUS_OK for NULL.
 ///
 /// Threads: shared.
 /// Since 0.1.0.
@@ -56,8 +57,8 @@ pub unsafe extern "C" fn ptzcal_error_status(error: *const ptzcal_error) -> ptzc
 /// What went wrong, one line of English UTF-8, with the offending value in it. For logs and people:
 /// the wording may change in any version, so decide by the status.
 ///
-/// @param error The error; may be NULL: "".
-/// @return A string that lives as long as the error; never NULL.
+/// @param error The error; may be NULL.
+/// @return A string that lives as long as the error; "" for NULL; never NULL.
 ///
 /// Threads: shared.
 /// Since 0.1.0.
@@ -69,8 +70,9 @@ pub unsafe extern "C" fn ptzcal_error_message(error: *const ptzcal_error) -> *co
 
 /// What the user can do about it, one line of English UTF-8.
 ///
-/// @param error The error; may be NULL: "".
-/// @return A string that lives as long as the error; "" when there is nothing to say; never NULL.
+/// @param error The error; may be NULL.
+/// @return A string that lives as long as the error; "" when there is nothing to say, and for NULL;
+///         never NULL.
 ///
 /// Threads: shared.
 /// Since 0.1.0.
@@ -82,8 +84,8 @@ pub unsafe extern "C" fn ptzcal_error_hint(error: *const ptzcal_error) -> *const
 
 /// Which point, view or sample is at fault, counted from 0.
 ///
-/// @param error The error; may be NULL: -1.
-/// @return The index, or -1 when no single one is at fault.
+/// @param error The error; may be NULL.
+/// @return The index, or -1 when no single one is at fault, and for NULL.
 ///
 /// Threads: shared.
 /// Since 0.1.0.

@@ -33,6 +33,8 @@ pub mod pose;
 pub mod progress;
 pub mod rig;
 pub mod rig_model;
+pub mod scan;
+pub mod shot;
 pub mod simulator;
 pub mod status;
 pub mod version;

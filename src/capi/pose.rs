@@ -7,7 +7,7 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use super::args::{BufferOut, Out, vectors, vectors_optional};
+use super::args::{BufferOut, Out, number, vectors, vectors_optional};
 use super::call::{ErrorOut, guard, guard_or};
 use super::error::ptzcal_error;
 use super::handle::{Exclusive, Handle, HandleOut, borrow, borrow_optional, free};
@@ -254,7 +254,7 @@ pub unsafe extern "C" fn ptzcal_roof_edges_add_plane_points(
         // SAFETY: the caller keeps the header's rules for pointers.
         let (edges, xyz, plane) = unsafe { (borrow(edges)?, vectors::<3>(xyz, n, "xyz")?, Out::new(plane, "plane")?) };
         let points: Vec<Vector3<f64>> = xyz.iter().map(|p| Vector3::from(*p)).collect();
-        let sigma = (sigma != 0.0).then_some(sigma);
+        let sigma = (number(sigma, "sigma")? != 0.0).then_some(sigma);
         edges.add(fit_plane_to_points(&points, sigma, &PlaneFitOptions::default())?, plane)
     })
 }
@@ -294,8 +294,8 @@ pub unsafe extern "C" fn ptzcal_roof_edges_add_plane(
                 Out::new(plane, "plane")?,
             )
         };
-        let known = Plane::new(Vector3::from(normal[0]), distance)
-            .ok_or_else(|| Error::invalid("normal", "it is zero, or the distance is not finite"))?;
+        let known = Plane::new(Vector3::from(normal[0]), number(distance, "distance")?)
+            .ok_or_else(|| Error::invalid("normal", "it is zero"))?;
         let covariance = covariance.map(|c| Matrix3::from_row_slice(&c[0]));
         edges.add(PlaneEstimate::given(&known, covariance)?, plane)
     })
@@ -408,7 +408,7 @@ pub unsafe extern "C" fn ptzcal_pose_options_set_lever(
     // SAFETY: the caller keeps the header's rules for pointers.
     let error = unsafe { ErrorOut::new(error) };
     guard(error, || {
-        if !(lever.is_finite() && lever >= 0.0) {
+        if number(lever, "lever")? < 0.0 {
             return Err(Error::invalid("lever", format!("{lever} m")));
         }
         // SAFETY: the caller keeps the header's rules for pointers.
@@ -437,7 +437,7 @@ pub unsafe extern "C" fn ptzcal_pose_options_set_min_angles(
     let error = unsafe { ErrorOut::new(error) };
     guard(error, || {
         for (name, angle) in [("min_plane_angle", min_plane_angle), ("min_edge_angle", min_edge_angle)] {
-            if !(0.0..=std::f64::consts::FRAC_PI_2).contains(&angle) {
+            if !(0.0..=std::f64::consts::FRAC_PI_2).contains(&number(angle, name)?) {
                 return Err(Error::invalid(name, format!("{angle} is not in 0 to pi/2")));
             }
         }

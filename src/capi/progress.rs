@@ -4,6 +4,8 @@
 
 use std::ffi::c_void;
 
+use super::shot::ptzcal_shot;
+
 /// How far the work is. The library fills it in; `struct_size` says which members there are.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
@@ -23,6 +25,11 @@ pub struct ptzcal_progress {
     pub total: u64,
     /// Seconds since the work began.
     pub elapsed: f64,
+    /// Estimated seconds until it is done; negative while nobody knows.
+    pub seconds_left: f64,
+    /// A scan's newest shot, safe in the journal if there is one; NULL before the first, and for work
+    /// that is no scan.
+    pub shot: *const ptzcal_shot,
 }
 
 /// Hears about progress. It runs on the thread that called the verb, never under a lock of the
@@ -31,5 +38,5 @@ pub struct ptzcal_progress {
 ///
 /// @param user     What was given with the callback.
 /// @param progress Valid during the call.
-/// @return 0 to go on; any other number stops the work with PTZCAL_STATUS_CANCELLED.
+/// @return 0 to go on; any other number stops the work. A scan that is stopped returns what it has.
 pub type ptzcal_progress_fn = Option<unsafe extern "C" fn(user: *mut c_void, progress: *const ptzcal_progress) -> i32>;

@@ -13,8 +13,11 @@ const MAX_PATCH: usize = 4096;
 const MAX_ELONGATION: f64 = 4.0;
 /// Nothing that a lens has blurred is smaller: a hot pixel is.
 const MIN_SIGMA: f64 = 0.4;
-/// Share of the signal that a Gaussian must explain.
+/// Share of the signal's energy that a Gaussian must explain: of a flat disc it is 0.81, as a spot out of
+/// focus may be; a large flat patch is something else that became brighter.
 const MIN_EXPLAINED: f64 = 0.75;
+const MIN_EXPLAINED_LARGE: f64 = 0.9;
+const LARGE: u32 = 400;
 /// Fewer pixels than this have no shape to judge.
 const SHAPED: u32 = 12;
 
@@ -216,7 +219,7 @@ pub fn examine(
     if minor < MIN_SIGMA {
         return Err("it is as sharp as a single pixel, which no lens makes");
     }
-    if fit.explained < MIN_EXPLAINED {
+    if fit.explained < if blob.area > LARGE { MIN_EXPLAINED_LARGE } else { MIN_EXPLAINED } {
         return Err("it has not the shape of a spot");
     }
     // A clipped spot's height is extrapolated, but not far.

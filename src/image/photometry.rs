@@ -239,11 +239,13 @@ impl Sample {
         }
         let bins: Vec<(f32, f32)> = cells.chunks_exact(CELLS).map(|bin| clipped_variance(bin, scale)).collect();
         let total: f32 = bins.iter().map(|b| b.0).sum();
-        let pooled = if total >= 16.0 { bins.iter().map(|b| b.0 * b.1).sum::<f32>() / total } else { 0.0 };
+        // In a black scene the few others are not its noise but what changed.
+        let enough = total >= 16.0 && total >= 0.1 * self.on.len() as f32;
+        let pooled = if enough { bins.iter().map(|b| b.0 * b.1).sum::<f32>() / total } else { 0.0 };
 
         // Weighted line through the bins; a variance's own variance is 2 variance^2 / count.
         let (mut base, mut slope) = (pooled, 0.0);
-        let good = || bins.iter().enumerate().filter(|(_, b)| b.0 >= 64.0);
+        let good = || bins.iter().enumerate().filter(|(_, b)| enough && b.0 >= 64.0);
         if good().count() >= 3 {
             let [mut s, mut sx, mut sxx, mut sy, mut sxy] = [0.0f32; 5];
             for (i, (count, variance)) in good() {
@@ -383,4 +385,60 @@ fn clipped_variance(cells: &[(u32, f32)], scale: f32) -> (f32, f32) {
 fn median(values: &mut [f32]) -> Option<f32> {
     let middle = values.len() / 2;
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::frames::channels;
+    use crate::image::{Image, PixelFormat};
+    use rand_chacha::ChaCha8Rng;
+    use rand_core::{Rng, SeedableRng};
+
+    /// Frames of a shaded scene with noise of variance read + shot x level, the sum of 12 uniforms.
+    fn frame(gain: f64, offset: f64, read: f64, shot: f64, moved: bool, rng: &mut ChaCha8Rng) -> Image {
+        let mut image = Image::new(PixelFormat::Gray8, 400, 300);
+        for (i, byte) in image.data.iter_mut().enumerate() {
+            let (x, y) = (i % 400, i / 400);
+            let mut level = 30.0 + 0.4 * x as f64 + 12.0 * ((y / 20) % 2) as f64;
+            if moved && x < 100 {
+                level = 140.0 - 0.4 * y as f64;
+            }
+            level = gain * level + offset;
+            let normal: f64 = (0..12).map(|_| rng.next_u32() as f64 / 2f64.powi(32) - 0.5).sum();
+            *byte = (level + (read + shot * level).sqrt() * normal).round().clamp(0.0, 255.0) as u8;
+        }
+        image
+    }
+
+    #[test]
+    fn drift_and_noise_are_measured() {
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        for (gain, offset) in [(1.0, 0.0), (0.8, 6.0), (1.2, -4.0)] {
+            // A quarter of the scene is another one.
+            for (read, shot, moved) in [(4.0, 0.0, false), (1.0, 0.15, false), (4.0, 0.0, true)] {
+                let off = frame(1.0, 0.0, read, shot, false, &mut rng);
+                let on = frame(gain, offset, read, shot, moved, &mut rng);
+                let (on, off) = ([on.view().unwrap()], [off.view().unwrap()]);
+                let [on, off] = [&on, &off].map(|f| FrameMean::new("frames", f).unwrap());
+                let area = SearchArea::new([400, 300], None, None).unwrap();
+                let p = Photometry::estimate(&on, &off, channels(PixelFormat::Gray8)[0], &area);
+                for level in [50.0f32, 120.0, 180.0] {
+                    let wanted = gain as f32 * level + offset as f32;
+                    assert!(
+                        (p.predict(level) - wanted).abs() < 0.8,
+                        "{gain} {offset}: {level} -> {}",
+                        p.predict(level)
+                    );
+                    let on_level = wanted as f64;
+                    let variance = read + shot * on_level + gain * gain * (read + shot * level as f64);
+                    let ratio = p.deviation(level) as f64 / (variance + 0.15).sqrt();
+                    let allowed = if moved { 0.8..1.6 } else { 0.92..1.1 };
+                    assert!(allowed.contains(&ratio), "{gain} {read} {shot} {moved} at {level}: {ratio}");
+                }
+                let steady = if moved { 0.65..0.9 } else { 0.97..1.01 };
+                assert!(steady.contains(&p.steady), "{}", p.steady);
+            }
+        }
+    }
 }

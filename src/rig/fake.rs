@@ -138,6 +138,13 @@ impl Fake {
         world.head(world.now)
     }
 
+    /// The longest that the laser was on without a break, seconds.
+    pub fn longest_time_on(&self) -> f64 {
+        let toggles = &self.world().toggles;
+        let spans = toggles.windows(2).filter(|w| w[0].1 && !w[1].1).map(|w| w[1].0 - w[0].0);
+        spans.fold(0.0, f64::max)
+    }
+
     pub fn parts(&self) -> RigParts {
         RigParts {
             model: model(),

@@ -4,24 +4,34 @@
 //! starts a thread: every call blocks its caller, is stopped by a [`Cancel`], and leaves the laser
 //! off on every way out ([`laser`]).
 
+mod acquire;
 pub mod aim;
 #[cfg(test)]
 pub(crate) mod fake;
 pub mod frames;
+pub mod gate;
+pub mod journal;
 pub mod laser;
 pub mod region;
+pub mod scan;
 pub mod settle;
+pub mod shot;
 mod stillness;
 
 use std::sync::Arc;
 
 use nalgebra::{Vector2, Vector3};
 
+pub use acquire::FixedCamera;
 pub use aim::{Aim, aim_at_point, point_at_pixel};
 pub use frames::FrameOptions;
+pub use gate::GateOptions;
+pub use journal::JournalRepair;
 pub use laser::{LaserControl, LaserGuard};
 pub use region::ScanRegion;
+pub use scan::{Phase, Progress, ScanOptions, scan_region};
 pub use settle::SettleOptions;
+pub use shot::{Miss, Scan, ScanCounts, ScanEnd, ScanPoint, Shot, Sighting};
 
 use crate::control::{Cancel, Clock, Log};
 use crate::device::{Frame, FrameSource, Laser, PanTiltZoom, PtzCapabilities, PtzPosition};

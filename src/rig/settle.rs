@@ -149,7 +149,7 @@ impl Rig {
     }
 
     /// Accepted distances from a target in pan and tilt, radians.
-    fn tolerances(&self) -> [f64; 2] {
+    pub(super) fn tolerances(&self) -> [f64; 2] {
         let c = &self.capabilities;
         [c.pan_step, c.tilt_step].map(|step| match self.options.settle.tolerance {
             // A whisker more than a step, for the rounding of the target to it.

@@ -31,7 +31,10 @@ pub struct Declarations {
 }
 
 pub fn read() -> Declarations {
-    let text = header::text();
+    parse(&header::text())
+}
+
+pub fn parse(text: &str) -> Declarations {
     let start = text.find("extern \"C\" {\n#endif\n").expect("the preface") + "extern \"C\" {\n#endif\n".len();
     let mut rest = &text[start..];
     let mut comment = "";
@@ -96,8 +99,12 @@ fn members(body: &str) -> Vec<String> {
         rest = tail.split_once("*/").unwrap().1;
     }
     code.push_str(rest.split('}').next().unwrap());
-    let name = |line: &str| line.split('[').next().unwrap().rsplit([' ', '*']).next().unwrap().to_owned();
-    code.split(';').map(str::trim).filter(|l| !l.is_empty()).map(name).collect()
+    code.split(';').map(str::trim).filter(|l| !l.is_empty()).map(member_name).collect()
+}
+
+/// `double rotation[9]` is `rotation`.
+pub fn member_name(declaration: &str) -> String {
+    declaration.split('[').next().unwrap().rsplit([' ', '*']).next().unwrap().to_owned()
 }
 
 fn function(text: &str, comment: &str) -> Function {

@@ -7,13 +7,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 17] = [
+const TOPICS: [&str; 19] = [
     "version",
     "status",
     "error",
     "args",
     "cancel",
     "log",
+    "shot",
     "progress",
     "image",
     "camera",
@@ -25,6 +26,7 @@ const TOPICS: [&str; 17] = [
     "devices",
     "simulator",
     "rig",
+    "scan",
 ];
 
 /// What stands before the first chapter: conventions and rules that hold for all of them.

@@ -14,6 +14,8 @@ use ptzcal::capi::image::ptzcal_image;
 use ptzcal::capi::pose::ptzcal_pose;
 use ptzcal::capi::progress::ptzcal_progress;
 use ptzcal::capi::rig_model::ptzcal_rig_model;
+use ptzcal::capi::scan::{ptzcal_region, ptzcal_scan_summary};
+use ptzcal::capi::shot::ptzcal_shot;
 
 use super::tools::{run, strict, text};
 use super::{declarations, header};
@@ -28,7 +30,10 @@ macro_rules! layout {
 /// In the order of the header.
 fn rust() -> String {
     let mut out = String::new();
-    layout!(out, ptzcal_progress: struct_size pass passes measured done total elapsed);
+    layout!(out, ptzcal_shot: struct_size index pan tilt zoom time found has_point fixed_found colour
+        point covariance inverse_depth inverse_depth_variance epipolar_chi2);
+    layout!(out, ptzcal_progress: struct_size pass passes measured done total elapsed
+        seconds_left shot);
     layout!(out, ptzcal_image: struct_size format width height plane stride size);
     layout!(out, ptzcal_camera: struct_size width height distortion_model fx fy skew cx cy
         distortion rotation translation);
@@ -42,6 +47,9 @@ fn rust() -> String {
         disagreement condition);
     layout!(out, ptzcal_ptz: struct_size reserved pan_min pan_max tilt_min tilt_max pan_step tilt_step
         user move_absolute position motion stop);
+    layout!(out, ptzcal_region: struct_size pan_steps tilt_steps reserved pan_min pan_max tilt_min tilt_max);
+    layout!(out, ptzcal_scan_summary: struct_size complete positions shots resumed found fixed_cameras
+        journal_damaged journal_cut);
     out
 }
 

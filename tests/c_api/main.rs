@@ -4,10 +4,11 @@
 //! tests/c/fixtures.h, its names in tests/abi/exports.txt and a program in tests/c; every check
 //! that forgot one of them fails and says so.
 
+mod abi_diff;
 mod declarations;
 mod exports;
 mod header;
-
+mod hostile;
 mod layout;
-
+mod programs;
 mod tools;

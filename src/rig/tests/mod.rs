@@ -1,2 +1,4 @@
+mod faults;
 mod laser;
 mod moving;
+mod scan;

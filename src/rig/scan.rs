@@ -1,0 +1,418 @@
+//! Scanning a region with the laser on and off in all cameras (thesis IV.D.8 and IV.E).
+//!
+//! A coarse, evenly spread subset of the positions comes first and is searched over the fixed
+//! cameras' whole frames. They are calibrated with it, and for the rest the spot is only looked for
+//! where the measured point must be. Spots of the coarse pass that contradict the calibration are
+//! marked as missed.
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+use super::acquire::{Exposures, FixedCamera};
+use super::gate::{Gate, GateOptions, Search, head_band, on_epipolar_line};
+use super::journal::{Fingerprint, Identity, Journal, Resumed};
+use super::region::ScanRegion;
+use super::shot::{Miss, Scan, ScanEnd, Shot, Sighting, correspondences, spot_covariance};
+use super::{Rig, RigModel};
+use crate::calibrate::{CalibrationOptions, calibrate_camera};
+use crate::control::{Cancel, LogLevel};
+use crate::detect::spot::{Band, SpotOptions, detect_spot};
+use crate::error::{Error, Result};
+
+/// How a region is scanned.
+#[derive(Debug, Clone)]
+pub struct ScanOptions {
+    /// Frames with the laser off and with it on, averaged; 1 to 256. They have to fit into the
+    /// laser's longest time on.
+    pub frames_per_state: u32,
+    /// Positions of the coarse pass, about.
+    pub coarse_shots: u32,
+    /// How often a position is tried when a device fails.
+    pub attempts: u32,
+    /// From a toggle's return until the light has changed, seconds.
+    pub laser_latency: f64,
+    /// How spots are found; region and band are set by the scan.
+    pub spot: SpotOptions,
+    pub gate: GateOptions,
+    /// Where each shot is written before it is acknowledged; an existing journal of the same scan is
+    /// resumed.
+    pub journal: Option<PathBuf>,
+    /// Wait for the disk at each shot, so that a power cut loses none either.
+    pub journal_sync: bool,
+    pub cancel: Cancel,
+}
+
+impl Default for ScanOptions {
+    fn default() -> Self {
+        Self {
+            frames_per_state: 1,
+            coarse_shots: 80,
+            attempts: 3,
+            laser_latency: 0.0,
+            spot: SpotOptions::default(),
+            gate: GateOptions::default(),
+            journal: None,
+            journal_sync: true,
+            cancel: Cancel::new(),
+        }
+    }
+}
+
+/// Most fixed cameras of one scan.
+pub const MAX_FIXED_CAMERAS: usize = 64;
+
+impl ScanOptions {
+    fn validate(&self) -> Result<()> {
+        if !(1..=256).contains(&self.frames_per_state) {
+            return Err(Error::invalid("frames_per_state", format!("{} is not in [1, 256]", self.frames_per_state)));
+        }
+        if self.attempts == 0 {
+            return Err(Error::invalid("attempts", "at least 1"));
+        }
+        if !(0.0..=10.0).contains(&self.laser_latency) {
+            return Err(Error::invalid("laser_latency", format!("{} s is not in [0, 10]", self.laser_latency)));
+        }
+        self.gate.validate()
+    }
+}
+
+/// Which pass a scan is in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Phase {
+    /// An evenly spread subset, searched over whole frames.
+    Coarse = 1,
+    /// All else, searched where the spot must be.
+    Fine = 2,
+}
+
+/// How far a scan is.
+#[derive(Debug)]
+pub struct Progress<'a> {
+    pub phase: Phase,
+    /// Positions measured, those of a resumed journal included.
+    pub done: usize,
+    pub total: usize,
+    /// The newest shot, safe in the journal; `None` at the start.
+    pub shot: Option<&'a Shot>,
+    /// Estimated time left; `None` before the first shot.
+    pub seconds_left: Option<f64>,
+}
+
+/// Scans a region with the rig and watches any number of fixed cameras at the same time.
+///
+/// `progress` is called at the start and after each shot, with the laser off and the head standing;
+/// `Break` stops the scan. A scan that ends early (stopped, cancelled, a device or the journal
+/// failed) is still `Ok`: [`Scan::end`] says why, and nothing that was measured is lost. Called again
+/// with the same journal it goes on from there. However it ends, the laser is off and the head is
+/// told to stop.
+///
+/// # Errors
+/// Only before anything moves: arguments that make no sense, a region out of the head's reach
+/// (`Unreachable`), and a journal that cannot be opened or belongs to something else (`FileIo`,
+/// `FileFormat`, `FileVersion`, `FileMismatch`).
+pub fn scan_region(
+    rig: &mut Rig,
+    region: &ScanRegion,
+    options: &ScanOptions,
+    fixed: &mut [FixedCamera],
+    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+) -> Result<Scan> {
+    options.validate()?;
+    region.validate()?;
+    region.check_reach(&rig.capabilities)?;
+    if fixed.len() > MAX_FIXED_CAMERAS {
+        return Err(Error::invalid("fixed cameras", format!("{}, at most {MAX_FIXED_CAMERAS}", fixed.len())));
+    }
+    fixed.iter().try_for_each(FixedCamera::validate)?;
+    let head_band = head_band(&rig.model, &options.gate)?;
+    let (order, coarse) = region.path(options.coarse_shots, rig.options.settle.overshoot > 0.0);
+
+    let identity = identity(region, &rig.model, options, fixed);
+    let opened = options.journal.as_ref().map(|p| Journal::open(p, &identity, region.len(), options.journal_sync));
+    let (journal, mut shots, repair) = match opened.transpose()? {
+        Some(Resumed { journal, shots, repair }) => (Some(journal), shots, repair),
+        None => (None, Vec::new(), None),
+    };
+    if let Some(repair) = &repair {
+        rig.log.write(LogLevel::Warning, || format!("the journal was damaged and has been mended: {repair:?}"));
+    }
+    shots.iter_mut().for_each(|shot| shot.locate(&rig.model));
+
+    let scan = Scan {
+        region: *region,
+        model: rig.model,
+        fixed_sizes: fixed.iter().map(|c| (c.width, c.height)).collect(),
+        resumed: shots.len(),
+        shots,
+        end: ScanEnd::Complete,
+        repair,
+        coarse_calibrations: vec![None; fixed.len()],
+    };
+    let gates = fixed.iter().map(|c| c.known.map_or(Gate::Unknown, Gate::Known)).collect();
+    let exposures = Exposures::new(1 + fixed.len(), options.frames_per_state as usize);
+    let start = rig.clock.now();
+    let halt = Halt(rig);
+    let mut scanner = Scanner { rig: &mut *halt.0, fixed, options, head_band, gates, exposures, journal, scan, start };
+    let end = match scanner.run(&order, coarse, progress) {
+        Ok(ControlFlow::Continue(())) => ScanEnd::Complete,
+        Ok(ControlFlow::Break(())) => ScanEnd::Stopped,
+        Err(Error::Cancelled) => ScanEnd::Cancelled,
+        Err(error) => ScanEnd::Failed(error),
+    };
+    let mut scan = scanner.scan;
+    let control = halt.0.laser();
+    drop(halt);
+    // A laser that may be on is worse than whatever else happened.
+    scan.end = control.fault().map_or(end, ScanEnd::Failed);
+    Ok(scan)
+}
+
+/// Whatever ends a scan, a panic of the host's code too: the laser is off and the head stops.
+struct Halt<'a>(&'a mut Rig);
+
+impl Drop for Halt<'_> {
+    fn drop(&mut self) {
+        if let Err(error) = self.0.stop() {
+            self.0.log.write(LogLevel::Warning, || format!("after the scan: {error}"));
+        }
+    }
+}
+
+struct Scanner<'a> {
+    rig: &'a mut Rig,
+    fixed: &'a mut [FixedCamera],
+    options: &'a ScanOptions,
+    head_band: Band,
+    gates: Vec<Gate>,
+    exposures: Exposures,
+    journal: Option<Journal>,
+    scan: Scan,
+    start: f64,
+}
+
+impl Scanner<'_> {
+    fn run(
+        &mut self,
+        order: &[u32],
+        coarse: usize,
+        progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+    ) -> Result<ControlFlow<()>> {
+        let mut done = vec![false; order.len()];
+        self.scan.shots.iter().for_each(|shot| done[shot.index as usize] = true);
+        let mut phase = Phase::Coarse;
+        if self.report(phase, order.len(), false, progress).is_break() {
+            return Ok(ControlFlow::Break(()));
+        }
+        for (i, &index) in order.iter().enumerate() {
+            if i == coarse {
+                phase = Phase::Fine;
+                self.calibrate_fixed_cameras(&order[..coarse])?;
+            }
+            if done[index as usize] {
+                continue;
+            }
+            let shot = self.take(index)?;
+            let written = self.journal.as_mut().map_or(Ok(()), |journal| journal.append(&shot));
+            self.scan.shots.push(shot);
+            written?;
+            if self.report(phase, order.len(), true, progress).is_break() {
+                return Ok(ControlFlow::Break(()));
+            }
+        }
+        Ok(ControlFlow::Continue(()))
+    }
+
+    fn report(
+        &self,
+        phase: Phase,
+        total: usize,
+        newest: bool,
+        progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let done = self.scan.shots.len();
+        let measured = done - self.scan.resumed;
+        let elapsed = self.rig.clock.now() - self.start;
+        progress(&Progress {
+            phase,
+            done,
+            total,
+            shot: self.scan.shots.last().filter(|_| newest),
+            seconds_left: (measured > 0).then(|| elapsed / measured as f64 * (total - done) as f64),
+        })
+    }
+
+    /// Takes a shot, again when a device fails and may recover. Between attempts the laser is off and
+    /// the head stands.
+    fn take(&mut self, index: u32) -> Result<Shot> {
+        let mut attempt = 1;
+        loop {
+            self.options.cancel.check()?;
+            self.rig.laser.check_emergency()?;
+            let error = match self.try_shot(index) {
+                Ok(shot) => return Ok(shot),
+                Err(error) => error,
+            };
+            let may_recover = matches!(error, Error::Device { .. } | Error::DeviceTimeout { .. });
+            let stopped = self.rig.stop();
+            if attempt == self.options.attempts || !may_recover || stopped.is_err() {
+                return Err(error);
+            }
+            self.rig.log.write(LogLevel::Warning, || format!("position {index}, attempt {attempt}: {error}"));
+            attempt += 1;
+        }
+    }
+
+    fn try_shot(&mut self, index: u32) -> Result<Shot> {
+        let (pan, tilt) = self.scan.region.position(index);
+        let position = self.rig.move_to(pan, tilt, &self.options.cancel)?;
+        if self.scan.shots.first().is_some_and(|first| (first.zoom - position.zoom).abs() > 1e-3) {
+            return Err(Error::Device { reason: "the zoom has changed: the rig's model does not hold".into() });
+        }
+        self.exposures.take_off(self.rig, self.fixed, &self.options.cancel)?;
+        let light = self.rig.laser.light()?;
+        let time = self.rig.clock.now();
+        let lit = time + self.options.laser_latency;
+        self.exposures.take_on(self.rig, self.fixed, &self.options.cancel, &light, lit)?;
+        light.off()?;
+        let after = self.rig.position()?;
+        let [pan_tolerance, tilt_tolerance] = self.rig.tolerances();
+        if (after.pan - position.pan).abs() > pan_tolerance || (after.tilt - position.tilt).abs() > tilt_tolerance {
+            return Err(Error::Device { reason: "the head was moved during a shot".into() });
+        }
+        let mut shot = Shot {
+            index,
+            pan: position.pan,
+            tilt: position.tilt,
+            zoom: position.zoom,
+            time,
+            head: self.find_in_head()?,
+            fixed: Vec::with_capacity(self.fixed.len()),
+            colour: [0; 3],
+            point: None,
+        };
+        shot.locate(&self.scan.model);
+        if let Ok(spot) = &shot.head {
+            shot.colour = self.exposures.colour(spot.x, spot.y)?;
+        }
+        for camera in 0..self.fixed.len() {
+            let sighting = self.find_in_fixed(camera, &shot)?;
+            shot.fixed.push(sighting);
+        }
+        Ok(shot)
+    }
+
+    fn find_in_head(&self) -> Result<Sighting> {
+        let found = self.detect(0, Some(self.head_band.clone()))?;
+        let reflection = found.is_ok_and(|spot| !on_epipolar_line(&self.scan.model, &spot, &self.options.gate));
+        Ok(if reflection { Err(Miss::OffEpipolarLine) } else { found })
+    }
+
+    fn find_in_fixed(&self, camera: usize, shot: &Shot) -> Result<Sighting> {
+        let laser = self.scan.model.laser_in_world(shot.pan, shot.tilt);
+        let point = shot.point.map(|depth| depth.point);
+        match self.gates[camera].search(point.as_ref(), laser, &self.options.gate) {
+            Search::OutsideView => Ok(Err(Miss::OutsideView)),
+            Search::Everywhere => self.detect(1 + camera, None),
+            Search::Band(band) => self.detect(1 + camera, Some(band)),
+        }
+    }
+
+    fn detect(&self, camera: usize, band: Option<Band>) -> Result<Sighting> {
+        let (on, off) = self.exposures.views(camera)?;
+        let options = SpotOptions { region: None, band, ..self.options.spot.clone() };
+        match detect_spot(&on, &off, &options) {
+            // What is of no use later is not found.
+            Ok(spot) if spot_covariance(&spot).cholesky().is_none() => Ok(Err(Miss::NotFound)),
+            Ok(spot) => Ok(Ok(spot)),
+            Err(Error::NotFound { .. }) => Ok(Err(Miss::NotFound)),
+            Err(Error::Ambiguous { .. }) => Ok(Err(Miss::Ambiguous)),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Calibrates the cameras that are not known with the coarse shots, to know where to look, and
+    /// marks the coarse spots that contradict it. A camera whose coarse shots do not suffice is
+    /// searched over its whole frames.
+    fn calibrate_fixed_cameras(&mut self, coarse: &[u32]) -> Result<()> {
+        let mut is_coarse = vec![false; self.scan.region.len()];
+        coarse.iter().for_each(|index| is_coarse[*index as usize] = true);
+        // In the order of positions, so that a resumed scan gets the same calibration.
+        let mut shots: Vec<&Shot> = self.scan.shots.iter().filter(|s| is_coarse[s.index as usize]).collect();
+        shots.sort_by_key(|shot| shot.index);
+        for (i, camera) in self.fixed.iter().enumerate().filter(|(_, c)| c.known.is_none()) {
+            let options = CalibrationOptions {
+                distortion: camera.distortion,
+                cancel: self.options.cancel.clone(),
+                ..CalibrationOptions::default()
+            };
+            let set = correspondences(shots.iter().copied(), i, camera.width, camera.height)?;
+            match calibrate_camera(&set, &options) {
+                Ok(calibration) => {
+                    self.rig.log.write(LogLevel::Info, || {
+                        let used = calibration.inliers.iter().filter(|inlier| **inlier).count();
+                        format!("fixed camera {i}: calibrated from {used} of {} coarse shots", set.len())
+                    });
+                    self.scan.coarse_calibrations[i] = Some(calibration.clone());
+                    self.gates[i] = Gate::Calibrated(Box::new(calibration));
+                }
+                Err(Error::Cancelled) => return Err(Error::Cancelled),
+                Err(error) => self.rig.log.write(LogLevel::Warning, || {
+                    format!(
+                        "fixed camera {i}: whole frames are searched on, {} coarse shots do not calibrate it: {error}",
+                        set.len()
+                    )
+                }),
+            }
+        }
+        for shot in self.scan.shots.iter_mut().filter(|s| is_coarse[s.index as usize]) {
+            let Some(depth) = shot.point else { continue };
+            for (sighting, gate) in shot.fixed.iter_mut().zip(&self.gates) {
+                if sighting.is_ok_and(|spot| !gate.accepts(&spot, &depth.point, &self.options.gate)) {
+                    *sighting = Err(Miss::OffPrediction);
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What a journal has to agree in: all that decides what a shot is.
+fn identity(region: &ScanRegion, model: &RigModel, options: &ScanOptions, fixed: &[FixedCamera]) -> Identity {
+    let ScanRegion { pan, tilt, pan_steps, tilt_steps } = region;
+    let (l, o, e) = (&model.laser, &model.offsets, &model.encoders);
+    let (gate, spot) = (&options.gate, &options.spot);
+    let mut settings = Fingerprint::new()
+        .integers(&[options.frames_per_state, options.coarse_shots, spot.colour as u32, spot.max_area].map(u64::from))
+        .numbers(&[spot.min_signal_to_noise, spot.ambiguity_ratio])
+        .numbers(&gate.depth_range)
+        .numbers(&[gate.half_width, gate.model_sigma, gate.sigmas]);
+    for camera in fixed {
+        settings = settings.integers(&[camera.width, camera.height, camera.distortion as u32].map(u64::from));
+        settings = settings.integers(&[u64::from(camera.known.is_some())]);
+        if let Some(known) = &camera.known {
+            settings = settings
+                .numbers(&known.intrinsics.to_array())
+                .numbers(known.distortion.coefficients())
+                .numbers(known.pose.rotation.as_slice())
+                .numbers(known.pose.translation.as_slice());
+        }
+    }
+    Identity {
+        fixed_cameras: fixed.len() as u32,
+        region: Fingerprint::new()
+            .numbers(pan)
+            .numbers(tilt)
+            .integers(&[*pan_steps, *tilt_steps].map(u64::from))
+            .finish(),
+        model: Fingerprint::new()
+            .integers(&[model.width, model.height].map(u64::from))
+            .numbers(&model.intrinsics.to_array())
+            .numbers(model.distortion.coefficients())
+            .numbers(&[l.x0, l.y0, l.vx, l.vy])
+            .numbers(&[o.tilt_y, o.tilt_z, o.pan_x, o.pan_z])
+            .numbers(&[e.pan_zero, e.pan_scale, e.tilt_zero, e.tilt_scale])
+            .finish(),
+        options: settings.finish(),
+    }
+}

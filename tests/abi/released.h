@@ -1,0 +1,1796 @@
+/*
+ * ptzcal: turns a pan-tilt-zoom camera with a laser pointer on its head into a surveying instrument,
+ * and calibrates the fixed cameras of a surveillance network with it.
+ *
+ * This header is the manual. It is made from the library's sources (make header): do not edit it.
+ * How the ABI is kept across versions is written in COMPATIBILITY.md.
+ *
+ * CHAPTERS
+ *   Conventions, Ownership, Structs that grow, Errors, Threads, Callbacks: below.
+ *   Then one chapter for each topic: search for "====".
+ *
+ * CONVENTIONS
+ *   Lengths are metres, angles radians, times seconds, image positions pixels; a name says so when
+ *   it holds anything else. Pixel (0, 0) is the CENTRE of the top-left pixel, so an image of width w
+ *   reaches from x = -0.5 to w - 0.5.
+ *   Camera frame: x right, y down, z forward. A camera's pose is world to camera, x = R X + t; its
+ *   centre is -R^T t. Matrices are row-major. Positive pan turns the view right, positive tilt turns
+ *   it up, whatever the device's own signs are.
+ *   A covariance is in the squared units of its parameters and in their order.
+ *   Arrays of points are interleaved: x0 y0 z0 x1 y1 z1 ... An array of no elements may be NULL.
+ *   A result that cannot be had is an error with a reason: never NaN, never zeros with success.
+ *
+ * NAMES
+ *   ptzcal_<type>_<verb>. _new makes a handle and _free frees it (NULL is fine); _init sets up a
+ *   struct; _set changes a setting; _get fills in a struct; _copy fills a buffer of yours.
+ *   Arguments come in this order: the handle, inputs, outputs, the error.
+ *
+ * OWNERSHIP
+ *   Handles (pointers to types without members here) are made and freed by the library only: never
+ *   call free() on what it hands out, never copy what a handle points at.
+ *   Inputs are borrowed for the call; the library keeps no pointer to them afterwards. Strings that
+ *   come out belong to the handle they were taken from. Strings that go in are UTF-8 and end with a
+ *   NUL. Handles do not depend on each other after a call: free them in any order.
+ *   Outputs are written on success only; on failure they keep what they held, except that a handle
+ *   that would have come out is set to NULL, and that `needed` is told when a buffer is too small.
+ *   Output of a size that you may not know goes to (buffer, capacity, needed): call once with
+ *   (NULL, 0, &needed), which is PTZCAL_STATUS_BUFFER_TOO_SMALL, and again with a buffer. Capacities
+ *   count elements, not bytes.
+ *   A pointer that says "may be NULL" may be NULL; every other NULL is PTZCAL_STATUS_NULL_POINTER,
+ *   and so is never followed. Beyond NULL, alignment and sizes, pointers are trusted.
+ *
+ * STRUCTS THAT GROW
+ *   A struct that begins with struct_size is set up by its _init function, also when the library
+ *   writes it:
+ *       ptzcal_camera camera;
+ *       ptzcal_camera_init(&camera, sizeof camera);
+ *   Later versions add members at the end, and struct_size tells both sides how much of the struct
+ *   the other knows. A library newer than your header fills in the initial value for what you do not
+ *   have, and never touches memory past struct_size. A library older than your header refuses with
+ *   PTZCAL_STATUS_UNSUPPORTED what it does not know, unless it is still 0 as _init left it.
+ *   Options are handles with one setter for each setting, and grow by new functions.
+ *
+ * ERRORS
+ *   Every function that returns ptzcal_status may return, besides what its comment lists,
+ *   PTZCAL_STATUS_NULL_POINTER, PTZCAL_STATUS_INVALID_ARGUMENT, PTZCAL_STATUS_NOT_FINITE,
+ *   PTZCAL_STATUS_UNSUPPORTED, PTZCAL_STATUS_BAD_STATE and PTZCAL_STATUS_PANIC. A fault inside the
+ *   library (a Rust panic) does not cross this border: it becomes PTZCAL_STATUS_PANIC, and a handle
+ *   that was being changed answers PTZCAL_STATUS_BAD_STATE to everything but its _free.
+ *
+ * THREADS
+ *   The library starts no thread unless you ask for one, keeps no global state that you could see,
+ *   and works after fork() in the child as before. A handle may move between threads. Each
+ *   function's comment says which of these it is:
+ *     Threads: free       any number of threads, at any time.
+ *     Threads: shared     functions on `const T *`: any number of threads at the same time on one
+ *                         handle, but none while a function that is exclusive on it runs.
+ *     Threads: exclusive  functions on `T *`: one thread at a time has the handle.
+ *   Who breaks this gets PTZCAL_STATUS_BUSY, at once and without harm; nobody waits. Only _free (and
+ *   what follows a freed handle) cannot be checked: nobody else may be using the handle.
+ *   Different handles never disturb each other.
+ *
+ * CALLBACKS
+ *   Callbacks run on the thread that called the library. They must return: an exception or longjmp
+ *   that leaves one ends the program. Since C++17 their types are noexcept, so that the compiler
+ *   tells. In C++ catch everything inside, keep it (std::current_exception), stop the work by the
+ *   callback's return value, and rethrow after the call.
+ */
+#ifndef PTZCAL_H
+#define PTZCAL_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+#define PTZCAL_NOEXCEPT noexcept
+#else
+#define PTZCAL_NOEXCEPT
+#endif
+
+#if defined(__cplusplus) && __cplusplus >= 201703L
+#define PTZCAL_CALLBACK_NOEXCEPT noexcept
+#else
+#define PTZCAL_CALLBACK_NOEXCEPT
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ================================================================================================
+ * Versions
+ *
+ * PTZCAL_ABI_VERSION is what this header was written for; ptzcal_abi_version() is what the loaded
+ * library keeps. They are equal whenever the dynamic linker found the library by its soname
+ * (libptzcal.so.N, N the ABI number); who loads it with dlopen compares them. New functions and new
+ * members do not change the number: it changes when, and only when, a program that was compiled
+ * against an older header would break.
+ * ============================================================================================= */
+
+/** ABI number of this header; see ptzcal_abi_version. */
+#define PTZCAL_ABI_VERSION 1
+
+/**
+ * Version of the library, such as "0.1.0" (semantic versioning).
+ *
+ * @return A static string; never NULL, never freed.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+const char *ptzcal_version(void) PTZCAL_NOEXCEPT;
+
+/**
+ * ABI number of the loaded library; compare it with PTZCAL_ABI_VERSION after dlopen.
+ *
+ * @return The number.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+uint32_t ptzcal_abi_version(void) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Statuses
+ *
+ * What every function that can fail returns. 0 is success, everything else is negative and grouped
+ * by who can do something about it. The numbers are pinned for ever; new ones may be added, so
+ * treat an unknown negative number as a failure.
+ * ============================================================================================= */
+
+/** Result of a call. The values never change. */
+enum {
+  /** Success: every output was written. */
+  PTZCAL_STATUS_OK = 0,
+  /** Argument: a value, size, format, enum or string is not acceptable; the message names it. */
+  PTZCAL_STATUS_INVALID_ARGUMENT = -1,
+  /** Argument: a pointer that must not be NULL is NULL; the message names it. */
+  PTZCAL_STATUS_NULL_POINTER = -2,
+  /** Argument: a number is NaN or infinite; the error's index says which. */
+  PTZCAL_STATUS_NOT_FINITE = -3,
+  /** Argument: a buffer is smaller than what it must hold; nothing was written to it. */
+  PTZCAL_STATUS_BUFFER_TOO_SMALL = -4,
+  /** What was asked for is not in this library or this build, or needs a newer one. */
+  PTZCAL_STATUS_UNSUPPORTED = -5,
+  /** Another thread is inside a call that has the handle for itself. */
+  PTZCAL_STATUS_BUSY = -6,
+  /** The handle's state does not allow the call; after a PANIC only its _free or _close does. */
+  PTZCAL_STATUS_BAD_STATE = -7,
+  /** Data: too few measurements are usable. */
+  PTZCAL_STATUS_TOO_FEW_POINTS = -100,
+  /** Data: the geometry cannot determine the result (coplanar, collinear, ...); the hint says what to add. */
+  PTZCAL_STATUS_DEGENERATE = -101,
+  /** Data: the solver did not converge. */
+  PTZCAL_STATUS_NO_CONVERGENCE = -102,
+  /** Data: too many measurements contradict each other. */
+  PTZCAL_STATUS_NO_CONSENSUS = -103,
+  /** Data: the fitted lens would fold back inside the image. */
+  PTZCAL_STATUS_LENS_NOT_MONOTONE = -104,
+  /** Data: a point lies behind the camera; the error's index says which. */
+  PTZCAL_STATUS_BEHIND_CAMERA = -105,
+  /** Data: the target cannot be reached by the head. */
+  PTZCAL_STATUS_UNREACHABLE = -106,
+  /** Data: a point has no image (or a pixel no ray) in the lens model; the error's index says which. */
+  PTZCAL_STATUS_OUTSIDE_LENS = -107,
+  /** Detection: there is no laser spot that stands out from the noise. */
+  PTZCAL_STATUS_NOT_FOUND = -200,
+  /** Detection: more than one spot could be the laser's. */
+  PTZCAL_STATUS_AMBIGUOUS = -201,
+  /** Device: a device reported a failure. */
+  PTZCAL_STATUS_DEVICE = -300,
+  /** Device: the connection is gone. */
+  PTZCAL_STATUS_DEVICE_LOST = -301,
+  /** Device: no answer in time. */
+  PTZCAL_STATUS_DEVICE_TIMEOUT = -302,
+  /** Device: the laser stays off (emergency stop, head moving, ...). */
+  PTZCAL_STATUS_LASER_REFUSED = -303,
+  /** File: reading or writing failed. */
+  PTZCAL_STATUS_FILE_IO = -400,
+  /** File: the content is not what it should be. */
+  PTZCAL_STATUS_FILE_FORMAT = -401,
+  /** File: written by a version that this library does not read. */
+  PTZCAL_STATUS_FILE_VERSION = -402,
+  /** File: it belongs to another rig, region or run. */
+  PTZCAL_STATUS_FILE_MISMATCH = -403,
+  /** Stopped by a ptzcal_cancel token or a progress callback. */
+  PTZCAL_STATUS_CANCELLED = -500,
+  /** A fault of the library; please report the message. */
+  PTZCAL_STATUS_INTERNAL = -900,
+  /** A fault of the library was caught; handles that were being changed can only be closed. */
+  PTZCAL_STATUS_PANIC = -901,
+};
+typedef int32_t ptzcal_status;
+
+/**
+ * Name of a status, such as "PTZCAL_STATUS_NOT_FOUND".
+ *
+ * @param status A ptzcal_status, or any number.
+ * @return A static string; "PTZCAL_STATUS_UNKNOWN" for a number that is no status. Never NULL.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+const char *ptzcal_status_name(int32_t status) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Errors
+ *
+ * A status says what kind of failure it was; an error object says what exactly went wrong, which
+ * point, view or sample is at fault, and what to do about it. Functions take `ptzcal_error **error`
+ * as their last argument. Pass NULL when the status is enough. Otherwise `*error` is set to NULL on
+ * entry (it is not freed: an older error is yours to free first) and, when the call fails, to a new
+ * error object, which you free with ptzcal_error_free.
+ * ============================================================================================= */
+
+/** Why a call failed. Immutable: any number of threads may read it. */
+typedef struct ptzcal_error ptzcal_error;
+
+/**
+ * Status of an error: the one that the failed call returned.
+ *
+ * @param error The error; may be NULL.
+ * @return Its status; PTZCAL_STATUS_OK for NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_error_status(const ptzcal_error *error) PTZCAL_NOEXCEPT;
+
+/**
+ * What went wrong, one line of English UTF-8, with the offending value in it. For logs and people:
+ * the wording may change in any version, so decide by the status.
+ *
+ * @param error The error; may be NULL.
+ * @return A string that lives as long as the error; "" for NULL; never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_error_message(const ptzcal_error *error) PTZCAL_NOEXCEPT;
+
+/**
+ * What the user can do about it, one line of English UTF-8.
+ *
+ * @param error The error; may be NULL.
+ * @return A string that lives as long as the error; "" when there is nothing to say, and for NULL;
+ *         never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_error_hint(const ptzcal_error *error) PTZCAL_NOEXCEPT;
+
+/**
+ * Which point, view or sample is at fault, counted from 0.
+ *
+ * @param error The error; may be NULL.
+ * @return The index, or -1 when no single one is at fault, and for NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+int64_t ptzcal_error_index(const ptzcal_error *error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees an error. Strings taken from it die with it.
+ *
+ * @param error The error; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_error_free(ptzcal_error *error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Limits
+ *
+ * Sizes above these are refused with PTZCAL_STATUS_INVALID_ARGUMENT.
+ * ============================================================================================= */
+
+/**
+ * Most elements (points, shots, frames, numbers of a buffer) that one argument may have. It keeps
+ * every product of sizes from overflowing, and an uninitialised count from being believed.
+ */
+#define PTZCAL_MAX_COUNT 268435456
+
+/** Longest string that is accepted, in bytes, its NUL not counted. */
+#define PTZCAL_MAX_STRING 4096
+
+/* ================================================================================================
+ * Cancelling
+ *
+ * Long work runs on the thread that calls it. To stop it from another thread, make a token, hand it
+ * to the work's options, and request cancellation: the call ends with PTZCAL_STATUS_CANCELLED. The
+ * work looks at the token several times a second, except while it waits inside a callback of
+ * yours or inside a device. One token may be given to any number of calls. The options keep what
+ * they need of it, so it may be freed at any time; a token that is freed can just not be requested
+ * any more.
+ * ============================================================================================= */
+
+/** Stops long work from any thread. */
+typedef struct ptzcal_cancel ptzcal_cancel;
+
+/**
+ * Makes a token that is not requested.
+ *
+ * @param token Receives the token; free it with ptzcal_cancel_free.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cancel_new(ptzcal_cancel **token, ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Requests that all work which has this token stops. May be called again, from any thread, and
+ * from a signal handler: it only stores a flag.
+ *
+ * @param token The token.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cancel_request(const ptzcal_cancel *token) PTZCAL_NOEXCEPT;
+
+/**
+ * Takes a request back, so that the token can be used for the next work. Work that is still
+ * running may or may not have seen the request.
+ *
+ * @param token The token.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cancel_reset(const ptzcal_cancel *token) PTZCAL_NOEXCEPT;
+
+/**
+ * Has cancellation been requested?
+ *
+ * @param token The token; may be NULL.
+ * @return 1 when it was requested, else 0; 0 for NULL.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+int32_t ptzcal_cancel_is_requested(const ptzcal_cancel *token) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a token. Work that was given it goes on undisturbed.
+ *
+ * @param token The token; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_cancel_free(ptzcal_cancel *token) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Logging
+ *
+ * The library never prints. Where a verb takes a log callback, messages go there; without one they
+ * are not even made.
+ * ============================================================================================= */
+
+/** How much a message matters. */
+enum {
+  /** Something failed. */
+  PTZCAL_LOG_LEVEL_ERROR = 1,
+  /** Something is not as it should be, but the work goes on. */
+  PTZCAL_LOG_LEVEL_WARNING = 2,
+  /** What is being done. */
+  PTZCAL_LOG_LEVEL_INFO = 3,
+  /** Details for whoever searches a fault. */
+  PTZCAL_LOG_LEVEL_DEBUG = 4,
+};
+typedef int32_t ptzcal_log_level;
+
+/**
+ * Receives a message: one line of English UTF-8, valid during the call. It runs on the thread that
+ * called the library, never under a lock of the library, and must not throw or longjmp.
+ *
+ * @param user    What was given with the callback.
+ * @param level   A ptzcal_log_level; treat unknown ones as PTZCAL_LOG_LEVEL_DEBUG.
+ * @param message The message.
+ */
+typedef void (*ptzcal_log_fn)(void *user, int32_t level, const char *message) PTZCAL_CALLBACK_NOEXCEPT;
+
+/* ================================================================================================
+ * Progress
+ *
+ * Long verbs take a callback that hears how far the work is and can stop it.
+ * ============================================================================================= */
+
+/** How far the work is. The library fills it in; `struct_size` says which members there are. */
+typedef struct ptzcal_progress {
+  /**
+   * Size of the struct as the library knows it. Look at it before you read a member that is
+   * newer than the library you must run with.
+   */
+  uint32_t struct_size;
+  /** Which pass over the work this is, from 1. */
+  uint32_t pass;
+  /** How many passes there will be. */
+  uint32_t passes;
+  /** 1 when the newest step gave a measurement, 0 when it gave none. */
+  uint32_t measured;
+  /** Steps of this pass that are done. */
+  uint64_t done;
+  /** Steps of this pass in all. */
+  uint64_t total;
+  /** Seconds since the work began. */
+  double elapsed;
+} ptzcal_progress;
+
+/**
+ * Hears about progress. It runs on the thread that called the verb, never under a lock of the
+ * library, and must not throw or longjmp. It may call the library, but not with the handle that is
+ * at work (PTZCAL_STATUS_BUSY).
+ *
+ * @param user     What was given with the callback.
+ * @param progress Valid during the call.
+ * @return 0 to go on; any other number stops the work with PTZCAL_STATUS_CANCELLED.
+ */
+typedef int32_t (*ptzcal_progress_fn)(void *user, const ptzcal_progress *progress) PTZCAL_CALLBACK_NOEXCEPT;
+
+/* ================================================================================================
+ * Images
+ *
+ * Images are borrowed for the call: the library reads your memory where it is, keeps no pointer to
+ * it, and never writes to it. All 8 bits per sample.
+ * ============================================================================================= */
+
+/** Layouts of pixels in memory: the values of ptzcal_image.format. */
+enum {
+  /** One byte per pixel. */
+  PTZCAL_PIXEL_FORMAT_GRAY8 = 1,
+  /** R, G, B. */
+  PTZCAL_PIXEL_FORMAT_RGB24 = 2,
+  /** B, G, R. */
+  PTZCAL_PIXEL_FORMAT_BGR24 = 3,
+  /** R, G, B, ignored. */
+  PTZCAL_PIXEL_FORMAT_RGBA32 = 4,
+  /** B, G, R, ignored. */
+  PTZCAL_PIXEL_FORMAT_BGRA32 = 5,
+  /** Y0 U Y1 V for two pixels; the width is even. */
+  PTZCAL_PIXEL_FORMAT_YUYV = 6,
+  /** Plane 0: Y; plane 1: U, V interleaved, half the size in both directions, rounded up. */
+  PTZCAL_PIXEL_FORMAT_NV12 = 7,
+  /** Plane 0: Y; plane 1: U; plane 2: V, both half the size in both directions, rounded up. */
+  PTZCAL_PIXEL_FORMAT_I420 = 8,
+};
+typedef uint32_t ptzcal_pixel_format;
+
+/**
+ * An image in the caller's memory.
+ *
+ * `plane[i]` points at the first byte of the top row. `stride[i]` is the distance in bytes from a
+ * row to the next one below it: negative for an image stored bottom-up, at least a row's bytes in
+ * size. `size[i]` is the number of bytes that may be read, counted from the plane's LOWEST address:
+ * that is `plane[i]`, or the beginning of the bottom row when the stride is negative. Planes that
+ * the format does not have are ignored.
+ *
+ * A packed, top-down GRAY8 image:
+ * `image.plane[0] = pixels; image.stride[0] = width; image.size[0] = width * height;`
+ */
+typedef struct ptzcal_image {
+  /** Set by ptzcal_image_init. */
+  uint32_t struct_size;
+  /** A ptzcal_pixel_format. */
+  uint32_t format;
+  /** Pixels, 1 to 65536. */
+  uint32_t width;
+  /** Pixels, 1 to 65536. */
+  uint32_t height;
+  /** First byte of the top row of each plane. */
+  const void *plane[4];
+  /** Bytes from a row to the one below; negative = bottom-up. */
+  ptrdiff_t stride[4];
+  /** Readable bytes from the plane's lowest address. */
+  size_t size[4];
+} ptzcal_image;
+
+/**
+ * Sets up an image view: no planes, no format.
+ *
+ * @param image The struct.
+ * @param size  sizeof *image.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_image_init(ptzcal_image *image, size_t size) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Cameras
+ *
+ * A calibrated camera is plain data: fill it in yourself or take it from a calibration. A world
+ * point X is at x = R X + t in the camera frame (x right, y down, z forward), at (x/z, y/z) on the
+ * normalised plane, there distorted by the lens to (a, b), and at u = fx a + skew b + cx,
+ * v = fy b + cy in the image.
+ * ============================================================================================= */
+
+/** Lens models: the values of ptzcal_camera.distortion_model and ptzcal_rig_model.distortion_model. */
+enum {
+  /** No distortion, no coefficients. */
+  PTZCAL_DISTORTION_MODEL_NONE = 0,
+  /**
+   * The Brown-Conrady model with k1 only. A calibration that fits it returns a BROWN_CONRADY
+   * camera whose other coefficients are 0.
+   */
+  PTZCAL_DISTORTION_MODEL_RADIAL1 = 1,
+  /** The Brown-Conrady model with k1 and k2 only. */
+  PTZCAL_DISTORTION_MODEL_RADIAL2 = 2,
+  /**
+   * Brown-Conrady, the five coefficients k1 k2 p1 p2 k3 with OpenCV's meaning and order:
+   * a = x (1 + k1 r^2 + k2 r^4 + k3 r^6) + 2 p1 x y + p2 (r^2 + 2 x^2),
+   * b = y (1 + k1 r^2 + k2 r^4 + k3 r^6) + p1 (r^2 + 2 y^2) + 2 p2 x y.
+   */
+  PTZCAL_DISTORTION_MODEL_BROWN_CONRADY = 3,
+  /**
+   * Division model, one coefficient lambda: (x, y) = (a, b) / (1 + lambda (a^2 + b^2)).
+   * Negative is barrel distortion. In units of the normalised plane.
+   */
+  PTZCAL_DISTORTION_MODEL_DIVISION = 4,
+};
+typedef uint32_t ptzcal_distortion_model;
+
+/** A calibrated camera. */
+typedef struct ptzcal_camera {
+  /** Set by ptzcal_camera_init. */
+  uint32_t struct_size;
+  /** Image size in pixels, 1 to 65536. */
+  uint32_t width;
+  /** Image size in pixels, 1 to 65536. */
+  uint32_t height;
+  /** A ptzcal_distortion_model. */
+  uint32_t distortion_model;
+  /** Focal length in pixels of x, positive. */
+  double fx;
+  /** Focal length in pixels of y, positive. */
+  double fy;
+  /** K[0][1], pixels; 0 for practically all cameras. */
+  double skew;
+  /** Principal point, pixels; (0, 0) is the centre of the top-left pixel. */
+  double cx;
+  /** Principal point, pixels. */
+  double cy;
+  /** The model's coefficients in the model's order; those that the model does not have are 0. */
+  double distortion[8];
+  /** R, row-major: world axes to camera axes, a rotation to within 1e-6. */
+  double rotation[9];
+  /** t, metres: the world's origin in the camera frame. The camera's centre is -R^T t. */
+  double translation[3];
+} ptzcal_camera;
+
+/**
+ * Sets up a camera: rotation 1, no distortion, everything else 0 (image size and focal lengths
+ * must still be set).
+ *
+ * @param camera The struct.
+ * @param size   sizeof *camera.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_init(ptzcal_camera *camera, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Centre of a camera in the world, -R^T t.
+ *
+ * @param camera The camera.
+ * @param centre Receives 3 numbers, metres, world frame.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_centre(const ptzcal_camera *camera,
+                                   double *centre,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Projects world points into the image, lens distortion included. Pixels outside the image are not
+ * an error: compare them with the image size.
+ *
+ * @param camera The camera.
+ * @param xyz    n x 3 numbers: points, metres, world frame.
+ * @param n      Number of points.
+ * @param uv     Receives n x 2 numbers: pixels. May be the same memory as xyz.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BEHIND_CAMERA (index: the first point that is behind the
+ *         camera); PTZCAL_STATUS_OUTSIDE_LENS (index: the first point that the lens model has no
+ *         image of); PTZCAL_STATUS_NOT_FINITE (index: the point).
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_project(const ptzcal_camera *camera,
+                                    const double *xyz,
+                                    size_t n,
+                                    double *uv,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The viewing rays of pixels: from the camera's centre (ptzcal_camera_centre), lens distortion
+ * removed.
+ *
+ * @param camera     The camera.
+ * @param uv         n x 2 numbers: pixels.
+ * @param n          Number of pixels.
+ * @param directions Receives n x 3 numbers: unit vectors in the world frame.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_OUTSIDE_LENS (index: the first pixel that no ray reaches
+ *         through the lens model); PTZCAL_STATUS_NOT_FINITE (index: the pixel).
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_back_project(const ptzcal_camera *camera,
+                                         const double *uv,
+                                         size_t n,
+                                         double *directions,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Rig models
+ *
+ * Everything that turns a laser shot (pan, tilt, the spot's pixel in the head camera) into a point:
+ * the head camera's intrinsics and lens, the laser's line, the rotation axes, the encoders. The
+ * world of a rig is its head camera's frame at pan = tilt = 0; positive pan turns the view right,
+ * positive tilt turns it up.
+ * ============================================================================================= */
+
+/** A pan-tilt camera with a laser fixed to its moving head. */
+typedef struct ptzcal_rig_model {
+  /** Set by ptzcal_rig_model_init. */
+  uint32_t struct_size;
+  /** Image size of the head camera in pixels, 1 to 65536. */
+  uint32_t width;
+  /** Image size of the head camera in pixels, 1 to 65536. */
+  uint32_t height;
+  /** A ptzcal_distortion_model. */
+  uint32_t distortion_model;
+  /** Focal length in pixels of x, positive. */
+  double fx;
+  /** Focal length in pixels of y, positive. */
+  double fy;
+  /** K[0][1], pixels. */
+  double skew;
+  /** Principal point, pixels. */
+  double cx;
+  /** Principal point, pixels. */
+  double cy;
+  /** The lens model's coefficients; those that the model does not have are 0. */
+  double distortion[8];
+  /** The laser's line in the head camera's frame is (x0 + vx Z, y0 + vy Z, Z). Metres. */
+  double laser_x0;
+  /** Metres. (x0, y0) is the baseline: at least 1 mm long. */
+  double laser_y0;
+  /** Slope, metres per metre of depth. */
+  double laser_vx;
+  /** Slope, metres per metre of depth. */
+  double laser_vy;
+  /**
+   * The tilt axis (parallel to x) passes through (y, z) = -(tilt_y, tilt_z) of the head camera's
+   * frame. Metres; 0: through the camera's centre.
+   */
+  double axis_tilt_y;
+  /** Metres. */
+  double axis_tilt_z;
+  /** The pan axis (parallel to y) is displaced from the tilt axis by (pan_x, pan_z). Metres. */
+  double axis_pan_x;
+  /** Metres. */
+  double axis_pan_z;
+  /** True pan = pan_scale * reading + pan_zero. Radians. */
+  double pan_zero;
+  /** 1 for a true encoder. */
+  double pan_scale;
+  /** True tilt = tilt_scale * reading + tilt_zero. Radians. */
+  double tilt_zero;
+  /** 1 for a true encoder. */
+  double tilt_scale;
+} ptzcal_rig_model;
+
+/**
+ * Sets up a rig model: true encoders, axes through the camera's centre, no distortion, everything
+ * else 0 (image size, focal lengths and the laser's line must still be set).
+ *
+ * @param model The struct.
+ * @param size  sizeof *model.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_model_init(ptzcal_rig_model *model, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * The head camera as a camera of the world, at given encoder readings.
+ *
+ * @param model  The rig model.
+ * @param pan    Reading, radians.
+ * @param tilt   Reading, radians.
+ * @param camera Receives the camera; set up by ptzcal_camera_init.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_model_head_camera(const ptzcal_rig_model *model,
+                                           double pan,
+                                           double tilt,
+                                           ptzcal_camera *camera,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The points that laser shots hit. Depth comes from both coordinates of each spot, weighted by its
+ * covariance; far away it is uncertain and skewed, so hand shots to a calibration as shots
+ * (ptzcal_correspondences_add_laser_shots), not as these points.
+ *
+ * @param model           The rig model.
+ * @param pan_tilt        n x 2 numbers: readings at each shot, radians.
+ * @param spots           n x 2 numbers: the spot's pixel in the head camera.
+ * @param spot_covariance n x 3 numbers: xx, xy, yy of each spot, px^2; may be NULL: 1 px, uncorrelated.
+ * @param n               Number of shots.
+ * @param xyz             Receives n x 3 numbers: points, metres, world frame.
+ * @param covariance      Receives n x 9 numbers: first-order covariance of each point, row-major,
+ *                        m^2 (rank one, along the beam); may be NULL.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BEHIND_CAMERA (index: the first shot whose spot lies at or
+ *         beyond infinity); PTZCAL_STATUS_NOT_FINITE (index: the shot);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a spot outside the lens model or a covariance that is
+ *         not positive definite.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_model_locate(const ptzcal_rig_model *model,
+                                      const double *pan_tilt,
+                                      const double *spots,
+                                      const double *spot_covariance,
+                                      size_t n,
+                                      double *xyz,
+                                      double *covariance,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Detecting the laser's spot
+ *
+ * Takes frames with the laser on and, much better, frames of the same view with it off. No rig is
+ * needed. The answer is a spot with its covariance, or PTZCAL_STATUS_NOT_FOUND or
+ * PTZCAL_STATUS_AMBIGUOUS: never a guess.
+ * ============================================================================================= */
+
+/** Colours of the laser: the values of ptzcal_spot_options_set_colour. */
+enum {
+  /** Whichever channel differs most between on and off. */
+  PTZCAL_LASER_COLOUR_UNKNOWN = 0,
+  PTZCAL_LASER_COLOUR_RED = 1,
+  PTZCAL_LASER_COLOUR_GREEN = 2,
+  PTZCAL_LASER_COLOUR_BLUE = 3,
+  /** Infrared, or a monochrome camera: all channels alike. */
+  PTZCAL_LASER_COLOUR_WHITE = 4,
+};
+typedef uint32_t ptzcal_laser_colour;
+
+/** How a spot is searched. */
+typedef struct ptzcal_spot_options ptzcal_spot_options;
+
+/** A spot found. */
+typedef struct ptzcal_spot {
+  /** Set by ptzcal_spot_init. */
+  uint32_t struct_size;
+  /** 1 when pixels of the spot are at the sensor's limit, else 0. */
+  uint32_t saturated;
+  /** Centre, pixels; (0, 0) is the centre of the top-left pixel. */
+  double x;
+  /** Centre, pixels. */
+  double y;
+  /** Covariance of the centre, px^2: xx, xy, yy. */
+  double covariance[3];
+  /** Greatest difference between on and off, grey levels (0 to 255). */
+  double peak;
+  /** Summed signal over its standard deviation under the frames' noise. */
+  double signal_to_noise;
+  /** Pixels above the threshold. */
+  uint64_t area;
+} ptzcal_spot;
+
+/**
+ * Sets up a spot: everything 0.
+ *
+ * @param spot The struct.
+ * @param size sizeof *spot.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_spot_init(ptzcal_spot *spot, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes options with their defaults: the whole image, any colour, a signal-to-noise ratio of 8.
+ *
+ * @param options Receives the options; free them with ptzcal_spot_options_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_spot_options_new(ptzcal_spot_options **options,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees options.
+ *
+ * @param options The options; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_spot_options_free(ptzcal_spot_options *options) PTZCAL_NOEXCEPT;
+
+/**
+ * Searches only a rectangle: columns x to x + width - 1, rows y to y + height - 1. With a band set
+ * as well, both must hold.
+ *
+ * @param options The options.
+ * @param x       First column.
+ * @param y       First row.
+ * @param width   Columns, at least 1.
+ * @param height  Rows, at least 1.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_spot_options_set_region(ptzcal_spot_options *options,
+                                             uint32_t x,
+                                             uint32_t y,
+                                             uint32_t width,
+                                             uint32_t height,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Searches only a band about a line of pixels, such as the epipolar line on which the laser's spot
+ * must lie. The line may bend, as epipolar lines do behind a lens.
+ *
+ * @param options    The options.
+ * @param polyline   n x 2 numbers: corners of the line, pixels.
+ * @param n          Number of corners, at least 2.
+ * @param half_width Greatest distance from the line, pixels, positive.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE (index: the corner).
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_spot_options_set_band(ptzcal_spot_options *options,
+                                           const double *polyline,
+                                           size_t n,
+                                           double half_width,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Tells the laser's colour, so that other changes in the image weigh less.
+ *
+ * @param options The options.
+ * @param colour  A ptzcal_laser_colour.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_spot_options_set_colour(ptzcal_spot_options *options,
+                                             uint32_t colour,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the least signal-to-noise ratio of a spot that is believed.
+ *
+ * @param options The options.
+ * @param ratio   Positive; the default is 8.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_spot_options_set_min_signal_to_noise(ptzcal_spot_options *options,
+                                                          double ratio,
+                                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the greatest area of a spot; larger changes are people, lamps or shadows.
+ *
+ * @param options The options.
+ * @param area    Pixels, at least 1; the default is 5000.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_spot_options_set_max_area(ptzcal_spot_options *options,
+                                               uint32_t area,
+                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets how strong a second candidate may be: at this fraction of the best one's strength or more
+ * the answer is PTZCAL_STATUS_AMBIGUOUS.
+ *
+ * @param options The options.
+ * @param ratio   Above 0, at most 1; the default is 0.5.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_spot_options_set_ambiguity_ratio(ptzcal_spot_options *options,
+                                                      double ratio,
+                                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds the laser's spot in one frame with the laser on, against one with it off.
+ *
+ * @param on      The frame with the laser on.
+ * @param off     The same view with the laser off, of the same size and format; may be NULL: the
+ *                search then knows no background and is much weaker.
+ * @param options The options; may be NULL: the defaults.
+ * @param spot    Receives the spot; set up by ptzcal_spot_init.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FOUND; PTZCAL_STATUS_AMBIGUOUS;
+ *         PTZCAL_STATUS_BUFFER_TOO_SMALL when a plane's size cannot hold the image;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for images that are malformed or do not match.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_detect_spot(const ptzcal_image *on,
+                                 const ptzcal_image *off,
+                                 const ptzcal_spot_options *options,
+                                 ptzcal_spot *spot,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds the laser's spot in several frames with the laser on, averaged, against several with it
+ * off, averaged: noise falls with the square root of their number.
+ *
+ * @param on      n_on frames with the laser on, all of one size and format.
+ * @param n_on    Number of frames, at least 1.
+ * @param off     n_off frames of the same view with the laser off; may be NULL when n_off is 0.
+ * @param n_off   Number of frames; 0: a much weaker search, without a background.
+ * @param options The options; may be NULL: the defaults.
+ * @param spot    Receives the spot; set up by ptzcal_spot_init.
+ * @param error   Receives the error; may be NULL.
+ * @return As ptzcal_detect_spot.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_detect_spot_averaged(const ptzcal_image *const *on,
+                                          size_t n_on,
+                                          const ptzcal_image *const *off,
+                                          size_t n_off,
+                                          const ptzcal_spot_options *options,
+                                          ptzcal_spot *spot,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * 2D-3D measurements
+ *
+ * What a camera is calibrated from: a growing set of measurements of one camera, in any mixture of
+ * points whose position is known, points with covariances, and laser shots of a rig. Each function
+ * that adds does it for all its measurements or for none. Indices count from 0 in the order of
+ * adding, and the results of a calibration keep that order.
+ * ============================================================================================= */
+
+/** 2D-3D measurements of one camera. */
+typedef struct ptzcal_correspondences ptzcal_correspondences;
+
+/**
+ * Makes an empty set for a camera with the given image size.
+ *
+ * @param image_width  Pixels, 1 to 65536.
+ * @param image_height Pixels, 1 to 65536.
+ * @param set          Receives the set; free it with ptzcal_correspondences_free.
+ * @param error        Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_correspondences_new(uint32_t image_width,
+                                         uint32_t image_height,
+                                         ptzcal_correspondences **set,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a set. Calibrations made from it live on.
+ *
+ * @param set The set; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_correspondences_free(ptzcal_correspondences *set) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds points whose 3D position is exact (surveyed, or far better known than a pixel).
+ *
+ * @param set   The set.
+ * @param xyz   n x 3 numbers: points, metres, world frame.
+ * @param uv    n x 2 numbers: their pixels; (0, 0) is the centre of the top-left pixel.
+ * @param n     Number of points.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE (index: the point, in this call);
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_correspondences_add_points(ptzcal_correspondences *set,
+                                                const double *xyz,
+                                                const double *uv,
+                                                size_t n,
+                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds points with the covariances of their 3D positions, of their pixels, or of both.
+ *
+ * @param set            The set.
+ * @param xyz            n x 3 numbers: points, metres, world frame.
+ * @param xyz_covariance n x 9 numbers: of each point, row-major, symmetric, positive semi-definite,
+ *                       m^2; may be NULL: the points are exact.
+ * @param uv             n x 2 numbers: their pixels.
+ * @param uv_covariance  n x 3 numbers: xx, xy, yy of each pixel, positive definite, px^2; may be
+ *                       NULL: the calibration's pixel noise.
+ * @param n              Number of points.
+ * @param error          Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE (index: the point, in this call);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a covariance that is none; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_correspondences_add_points_weighted(ptzcal_correspondences *set,
+                                                         const double *xyz,
+                                                         const double *xyz_covariance,
+                                                         const double *uv,
+                                                         const double *uv_covariance,
+                                                         size_t n,
+                                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds laser shots: what the rig's head read and saw, and where this camera saw the spot. The
+ * solver then knows each point by its ray and its inverse depth, whose noise, unlike that of the
+ * depth, is Gaussian; this is what makes the calibration as good as the shots are.
+ *
+ * @param set             The set. Its world becomes the rig's.
+ * @param model           The rig model.
+ * @param pan_tilt        n x 2 numbers: readings at each shot, radians.
+ * @param spots           n x 2 numbers: the spot's pixel in the head camera.
+ * @param spot_covariance n x 3 numbers: xx, xy, yy, px^2; may be NULL: 1 px, uncorrelated.
+ * @param uv              n x 2 numbers: the spot's pixel in the camera to be calibrated.
+ * @param uv_covariance   n x 3 numbers: xx, xy, yy, px^2; may be NULL: 1 px, uncorrelated.
+ * @param n               Number of shots.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE (index: the shot, in this call);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a spot outside the rig's lens model or a covariance
+ *         that is none; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_correspondences_add_laser_shots(ptzcal_correspondences *set,
+                                                     const ptzcal_rig_model *model,
+                                                     const double *pan_tilt,
+                                                     const double *spots,
+                                                     const double *spot_covariance,
+                                                     const double *uv,
+                                                     const double *uv_covariance,
+                                                     size_t n,
+                                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * How many measurements there are.
+ *
+ * @param set   The set.
+ * @param count Receives the number.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_correspondences_count(const ptzcal_correspondences *set,
+                                           size_t *count,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Calibrating a camera
+ *
+ * One solver for every mixture of measurements: ptzcal_calibrate_camera finds intrinsics, lens and
+ * pose with their covariance, sets gross outliers aside, and refuses sets that cannot determine the
+ * answer, with a hint that says what to add. The same input and seed give the same result.
+ * ============================================================================================= */
+
+/**
+ * A calibrated camera with all that says how good it is. Immutable: any number of threads may read
+ * it.
+ */
+typedef struct ptzcal_calibration ptzcal_calibration;
+
+/** How a camera is calibrated. */
+typedef struct ptzcal_calibration_options ptzcal_calibration_options;
+
+/** What a calibration says about itself. */
+typedef struct ptzcal_calibration_summary {
+  /** Set by ptzcal_calibration_summary_init. */
+  uint32_t struct_size;
+  /** Iterations of the last refinement. */
+  uint32_t iterations;
+  /** Measurements given. */
+  uint64_t measurements;
+  /** Measurements used; the others are outliers. */
+  uint64_t inliers;
+  /** Parameters: the side of the covariance matrix. */
+  uint64_t parameters;
+  /** Root mean square length of the inliers' residuals, pixels. */
+  double rms;
+  /** Noise that the residuals show over noise that was assumed: 1 when the covariances were right. */
+  double noise_factor;
+  /** Condition number of the normal equations, scaled to unit diagonal; 1 is perfect. */
+  double condition;
+} ptzcal_calibration_summary;
+
+/**
+ * Makes options with their defaults, which are right for laser shots and surveyed points: no
+ * distortion, hardly any skew, nearly square pixels, outliers set aside, seed 1.
+ *
+ * @param options Receives the options; free them with ptzcal_calibration_options_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_options_new(ptzcal_calibration_options **options,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees options.
+ *
+ * @param options The options; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_calibration_options_free(ptzcal_calibration_options *options) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the lens model that is fitted. Each coefficient wants points towards the image's corners.
+ *
+ * @param options The options.
+ * @param model   A ptzcal_distortion_model; the default is PTZCAL_DISTORTION_MODEL_NONE.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_options_set_distortion(ptzcal_calibration_options *options,
+                                                        uint32_t model,
+                                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Keeps a known lens, so that only the pose is found: the points may then lie in a plane.
+ *
+ * @param options The options.
+ * @param camera  A camera whose intrinsics and distortion are kept (its pose is ignored); may be
+ *                NULL: the lens is found, which is the default.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_options_set_lens(ptzcal_calibration_options *options,
+                                                  const ptzcal_camera *camera,
+                                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets how much the pixels' axes may lean: the prior standard deviation of skew / f about 0.
+ *
+ * @param options The options.
+ * @param sigma   0 forces no skew; INFINITY leaves it to the data; the default is 0.001.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_options_set_skew_sigma(ptzcal_calibration_options *options,
+                                                        double sigma,
+                                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets how far pixels may be from square: the prior standard deviation of fx / fy about 1.
+ *
+ * @param options The options.
+ * @param sigma   0 forces fx = fy; INFINITY leaves it to the data; the default is 0.001.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_options_set_aspect_sigma(ptzcal_calibration_options *options,
+                                                          double sigma,
+                                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the noise of pixels that were added without a covariance.
+ *
+ * @param options The options.
+ * @param sigma   Standard deviation of each coordinate, pixels; 0 (the default): estimated from the
+ *                residuals.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_options_set_pixel_sigma(ptzcal_calibration_options *options,
+                                                         double sigma,
+                                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Chooses whether gross outliers are searched and set aside.
+ *
+ * @param options The options.
+ * @param robust  0: every measurement is used; anything else (the default): outliers are set aside.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_options_set_robust(ptzcal_calibration_options *options,
+                                                    int32_t robust,
+                                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the seed of the search for outliers. The same seed gives the same result, bit for bit, on
+ * the same machine.
+ *
+ * @param options The options.
+ * @param seed    Any number; the default is 1.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_options_set_seed(ptzcal_calibration_options *options,
+                                                  uint64_t seed,
+                                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets how uncertain the focal length may be: above it the calibration is refused
+ * (PTZCAL_STATUS_DEGENERATE) rather than returned.
+ *
+ * @param options  The options.
+ * @param relative Standard deviation over focal length, positive; the default is 0.1; INFINITY
+ *                 returns whatever was found.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_options_set_max_focal_deviation(ptzcal_calibration_options *options,
+                                                                 double relative,
+                                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets how many iterations a refinement may take before it is PTZCAL_STATUS_NO_CONVERGENCE.
+ *
+ * @param options    The options.
+ * @param iterations 1 to 10000; the default is 100.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_options_set_max_iterations(ptzcal_calibration_options *options,
+                                                            uint32_t iterations,
+                                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the token that stops the calibration.
+ *
+ * @param options The options.
+ * @param token   The token; may be NULL: none (the default). It may be freed before the options.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_options_set_cancel(ptzcal_calibration_options *options,
+                                                    const ptzcal_cancel *token,
+                                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Calibrates a camera from 2D-3D measurements. The set is in use until the call returns: other
+ * threads may read it, but adding to it is PTZCAL_STATUS_BUSY.
+ *
+ * @param set     The measurements.
+ * @param options The options; may be NULL: the defaults.
+ * @param result  Receives the calibration; free it with ptzcal_calibration_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_DEGENERATE (the hint says
+ *         what to add); PTZCAL_STATUS_NO_CONSENSUS; PTZCAL_STATUS_NO_CONVERGENCE;
+ *         PTZCAL_STATUS_LENS_NOT_MONOTONE; PTZCAL_STATUS_CANCELLED; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibrate_camera(const ptzcal_correspondences *set,
+                                      const ptzcal_calibration_options *options,
+                                      ptzcal_calibration **result,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a calibration.
+ *
+ * @param calibration The calibration; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_calibration_free(ptzcal_calibration *calibration) PTZCAL_NOEXCEPT;
+
+/**
+ * The calibrated camera.
+ *
+ * @param calibration The calibration.
+ * @param camera      Receives the camera; set up by ptzcal_camera_init.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_get_camera(const ptzcal_calibration *calibration,
+                                            ptzcal_camera *camera,
+                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a summary: everything 0.
+ *
+ * @param summary The struct.
+ * @param size    sizeof *summary.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_summary_init(ptzcal_calibration_summary *summary,
+                                              size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * What the calibration says about itself.
+ *
+ * @param calibration The calibration.
+ * @param summary     Receives the summary; set up by ptzcal_calibration_summary_init.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_get_summary(const ptzcal_calibration *calibration,
+                                             ptzcal_calibration_summary *summary,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The covariance of all parameters: p x p numbers, row-major, symmetric, p = the summary's
+ * `parameters`. Their order:
+ *   0 fx, 1 fy, 2 skew, 3 cx, 4 cy (pixels),
+ *   5 ... the coefficients of the camera's lens model, in its order (0, 1 or 5 of them),
+ *   then 3 for the rotation: w in R <- exp([w]x) R, a turn about the camera's own axes (radians),
+ *   then 3 for the camera's centre in the world (metres).
+ * Rows and columns of parameters that were not free are 0.
+ *
+ * @param calibration The calibration.
+ * @param buffer      Receives the numbers; may be NULL when capacity is 0.
+ * @param capacity    How many numbers the buffer holds.
+ * @param needed      Receives how many there are, also when they do not fit; may be NULL.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_copy_covariance(const ptzcal_calibration *calibration,
+                                                 double *buffer,
+                                                 size_t capacity,
+                                                 size_t *needed,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Measured minus predicted pixel of every measurement, outliers included: n x 2 numbers, n = the
+ * summary's `measurements`, in the order of adding. Infinite for an outlier that lies behind the
+ * camera.
+ *
+ * @param calibration The calibration.
+ * @param buffer      Receives the numbers; may be NULL when capacity is 0.
+ * @param capacity    How many numbers the buffer holds.
+ * @param needed      Receives how many there are, also when they do not fit; may be NULL.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_copy_residuals(const ptzcal_calibration *calibration,
+                                                double *buffer,
+                                                size_t capacity,
+                                                size_t *needed,
+                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Which measurements were used: n bytes, n = the summary's `measurements`, in the order of adding;
+ * 1 for an inlier, 0 for an outlier.
+ *
+ * @param calibration The calibration.
+ * @param buffer      Receives the bytes; may be NULL when capacity is 0.
+ * @param capacity    How many bytes the buffer holds.
+ * @param needed      Receives how many there are, also when they do not fit; may be NULL.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_copy_inliers(const ptzcal_calibration *calibration,
+                                              uint8_t *buffer,
+                                              size_t capacity,
+                                              size_t *needed,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Rig poses by roof edges
+ *
+ * A roof edge is the line where two planes meet: wall and floor, two faces of a box. Two stations of
+ * a rig that measured the same two edges (or more) are tied by them. Add to each station's set its
+ * planes, fitted to the laser shots of a region, and its edges as pairs of planes: the same edges in
+ * the same order, with their planes in the same order.
+ * ============================================================================================= */
+
+/** How a pose is computed from roof edges. */
+enum {
+  /** Rigid Procrustes on points of the edges (Gois and Gaspar): the default. */
+  PTZCAL_POSE_METHOD_ROOF_EDGE_PROCRUSTES = 0,
+  /** Closed form on the planes themselves; more accurate. */
+  PTZCAL_POSE_METHOD_PLANE_TO_PLANE = 1,
+  /** The planes weighted by their full covariances; the most accurate. */
+  PTZCAL_POSE_METHOD_MAXIMUM_LIKELIHOOD = 2,
+};
+typedef uint32_t ptzcal_pose_method;
+
+/** The pose of station b in station a's frame. Immutable: any number of threads may read it. */
+typedef struct ptzcal_pose_estimate ptzcal_pose_estimate;
+
+/** How a pose is estimated. */
+typedef struct ptzcal_pose_options ptzcal_pose_options;
+
+/** The planes and roof edges that one station measured. */
+typedef struct ptzcal_roof_edges ptzcal_roof_edges;
+
+/** The pose of one station in another's frame. */
+typedef struct ptzcal_pose {
+  /** Set by ptzcal_pose_init. */
+  uint32_t struct_size;
+  /** 0. */
+  uint32_t reserved;
+  /** R, row-major, in X_a = R X_b + t. */
+  double rotation[9];
+  /** t, metres: the position of station b in station a's frame. */
+  double translation[3];
+  /** Angle of R, radians. */
+  double rotation_angle;
+  /** Root mean square distance between the two stations' points on the edges, metres. */
+  double residual_rms;
+  /**
+   * Largest difference that is left between the two stations' planes: of their unit normals, and
+   * of their distances relative to the edges' mean distance.
+   */
+  double disagreement;
+  /** How much better the best-determined direction is than the worst; 1 at best. */
+  double condition;
+} ptzcal_pose;
+
+/**
+ * Makes an empty set of planes and edges for one station.
+ *
+ * @param edges Receives the set; free it with ptzcal_roof_edges_free.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_roof_edges_new(ptzcal_roof_edges **edges,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a set.
+ *
+ * @param edges The set; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_roof_edges_free(ptzcal_roof_edges *edges) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a plane fitted to laser shots by maximum likelihood in inverse depth. Gross outliers are set
+ * aside.
+ *
+ * @param edges           The set.
+ * @param model           The rig model.
+ * @param pan_tilt        n x 2 numbers: readings at each shot, radians.
+ * @param spots           n x 2 numbers: the spot's pixel in the head camera.
+ * @param spot_covariance n x 3 numbers: xx, xy, yy, px^2; may be NULL: 1 px, uncorrelated.
+ * @param n               Number of shots, at least 3.
+ * @param plane           Receives the plane's number in the set, for ptzcal_roof_edges_add_edge.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NOT_FINITE;
+ *         PTZCAL_STATUS_DEGENERATE for shots on one line or a plane through the rig;
+ *         PTZCAL_STATUS_NO_CONSENSUS when no half of the shots agrees on a plane;
+ *         PTZCAL_STATUS_BEHIND_CAMERA; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_roof_edges_add_plane_shots(ptzcal_roof_edges *edges,
+                                                const ptzcal_rig_model *model,
+                                                const double *pan_tilt,
+                                                const double *spots,
+                                                const double *spot_covariance,
+                                                size_t n,
+                                                uint32_t *plane,
+                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a plane fitted to points in the station's frame by total least squares. Gross outliers are
+ * set aside.
+ *
+ * @param edges The set.
+ * @param xyz   n x 3 numbers: points, metres.
+ * @param n     Number of points: at least 3, or 4 when sigma is 0.
+ * @param sigma Standard deviation of the points in each direction, metres; 0: estimated from how
+ *              far they are from the plane.
+ * @param plane Receives the plane's number in the set.
+ * @param error Receives the error; may be NULL.
+ * @return As ptzcal_roof_edges_add_plane_shots.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_roof_edges_add_plane_points(ptzcal_roof_edges *edges,
+                                                 const double *xyz,
+                                                 size_t n,
+                                                 double sigma,
+                                                 uint32_t *plane,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a plane that is known: normal . X = distance in the station's frame.
+ *
+ * @param edges      The set.
+ * @param normal     3 numbers of any length but 0.
+ * @param distance   Metres; not 0: the plane must not pass through the station.
+ * @param covariance 9 numbers: covariance of n = normal / distance, row-major, 1 / m^2; may be NULL:
+ *                   the plane is exact.
+ * @param plane      Receives the plane's number in the set.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_DEGENERATE for a plane through the station; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_roof_edges_add_plane(ptzcal_roof_edges *edges,
+                                          const double *normal,
+                                          double distance,
+                                          const double *covariance,
+                                          uint32_t *plane,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds the edge where two of the station's planes meet.
+ *
+ * @param edges  The set.
+ * @param first  Number of a plane.
+ * @param second Number of another plane. The order matters: it must be the same in both stations.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_roof_edges_add_edge(ptzcal_roof_edges *edges,
+                                         uint32_t first,
+                                         uint32_t second,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes options with their defaults: roof-edge Procrustes, levers of the scene's size, planes and
+ * edges at least 5 degrees apart.
+ *
+ * @param options Receives the options; free them with ptzcal_pose_options_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pose_options_new(ptzcal_pose_options **options,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees options.
+ *
+ * @param options The options; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_pose_options_free(ptzcal_pose_options *options) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the method.
+ *
+ * @param options The options.
+ * @param method  A ptzcal_pose_method; the default is PTZCAL_POSE_METHOD_ROOF_EDGE_PROCRUSTES.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pose_options_set_method(ptzcal_pose_options *options,
+                                             uint32_t method,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets how far along an edge its second point lies (Procrustes only).
+ *
+ * @param options The options.
+ * @param lever   Metres, positive; 0 (the default): the edges' mean distance from the stations.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pose_options_set_lever(ptzcal_pose_options *options,
+                                            double lever,
+                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the angles below which planes make no edge and edges count as parallel.
+ *
+ * @param options        The options.
+ * @param min_plane_angle Radians, 0 to pi/2; the default is 5 degrees.
+ * @param min_edge_angle  Radians, 0 to pi/2; the default is 5 degrees.
+ * @param error          Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pose_options_set_min_angles(ptzcal_pose_options *options,
+                                                 double min_plane_angle,
+                                                 double min_edge_angle,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Estimates the pose of station b in station a's frame from the roof edges that both measured.
+ *
+ * @param station_a The first station's planes and edges.
+ * @param station_b The second station's: the same edges in the same order.
+ * @param options   The options; may be NULL: the defaults.
+ * @param result    Receives the estimate; free it with ptzcal_pose_estimate_free.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for unequal or fewer than two edges and
+ *         for stations that did not see the same planes; PTZCAL_STATUS_DEGENERATE for parallel
+ *         planes or edges (the message says what is unobservable); PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_estimate_pose_roof_edges(const ptzcal_roof_edges *station_a,
+                                              const ptzcal_roof_edges *station_b,
+                                              const ptzcal_pose_options *options,
+                                              ptzcal_pose_estimate **result,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees an estimate.
+ *
+ * @param estimate The estimate; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_pose_estimate_free(ptzcal_pose_estimate *estimate) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a pose: the identity.
+ *
+ * @param pose The struct.
+ * @param size sizeof *pose.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pose_init(ptzcal_pose *pose, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * The pose.
+ *
+ * @param estimate The estimate.
+ * @param pose     Receives the pose; set up by ptzcal_pose_init.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pose_estimate_get(const ptzcal_pose_estimate *estimate,
+                                       ptzcal_pose *pose,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the 6 x 6 covariance of the pose, row-major: of the rotation vector w in R <- exp([w]x) R
+ * (radians, axes of station a) and of the translation (metres).
+ *
+ * @param estimate The estimate.
+ * @param buffer   Receives 36 numbers; may be NULL when capacity is 0.
+ * @param capacity Numbers that fit.
+ * @param needed   Receives 36; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: nothing was copied.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pose_estimate_copy_covariance(const ptzcal_pose_estimate *estimate,
+                                                   double *buffer,
+                                                   size_t capacity,
+                                                   size_t *needed,
+                                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+#ifdef __cplusplus
+} /* extern "C" */
+#endif
+
+#endif /* PTZCAL_H */

@@ -1,0 +1,149 @@
+/*
+ * One good value for every type that an argument can have, by the name fixture_<type>: the tests
+ * that try bad values (tests/c_api/hostile.rs) leave the other arguments good. A new type of the
+ * header gets one here.
+ */
+#ifndef FIXTURES_H
+#define FIXTURES_H
+
+#include "check.h"
+
+#define FIXTURE_POINTS 80
+
+static ptzcal_camera fixture_camera[1];
+static ptzcal_rig_model fixture_rig_model[1];
+static ptzcal_image fixture_image[1];
+static const ptzcal_image *fixture_images[4];
+static ptzcal_spot fixture_spot[1];
+static ptzcal_calibration_summary fixture_calibration_summary[1];
+
+static ptzcal_pose fixture_pose[1];
+
+static ptzcal_error *fixture_error;
+static ptzcal_cancel *fixture_cancel;
+static ptzcal_spot_options *fixture_spot_options;
+static ptzcal_correspondences *fixture_correspondences;
+static ptzcal_calibration_options *fixture_calibration_options;
+static ptzcal_calibration *fixture_calibration;
+static ptzcal_roof_edges *fixture_roof_edges;
+static ptzcal_pose_options *fixture_pose_options;
+static ptzcal_pose_estimate *fixture_pose_estimate;
+
+static unsigned char fixture_pixels[16 * 12];
+static double fixture_xyz[FIXTURE_POINTS * 3];
+static double fixture_uv[FIXTURE_POINTS * 2];
+
+/* Uniform in [-1, 1], the same on every machine. */
+static inline double fixture_random(uint32_t *state)
+{
+  *state = *state * 1664525u + 1013904223u;
+  return (double)(*state >> 8) / 8388608.0 - 1.0;
+}
+
+/* A camera at (0.5, -0.2, -1), turned by about 16 degrees about y, without distortion. */
+static inline void make_camera(ptzcal_camera *camera)
+{
+  const double s = 0.28, c = 0.96;
+  CHECK_OK(ptzcal_camera_init(camera, sizeof *camera));
+  camera->width = 800;
+  camera->height = 600;
+  camera->fx = 845.0;
+  camera->fy = 845.5;
+  camera->cx = 410.0;
+  camera->cy = 295.0;
+  camera->rotation[0] = c;
+  camera->rotation[2] = s;
+  camera->rotation[6] = -s;
+  camera->rotation[8] = c;
+  /* t = -R (0.5, -0.2, -1) */
+  camera->translation[0] = -(c * 0.5 - s);
+  camera->translation[1] = 0.2;
+  camera->translation[2] = -(-s * 0.5 - c);
+}
+
+static inline void make_rig_model(ptzcal_rig_model *model)
+{
+  CHECK_OK(ptzcal_rig_model_init(model, sizeof *model));
+  model->width = 720;
+  model->height = 576;
+  model->fx = model->fy = 800.0;
+  model->cx = 360.0;
+  model->cy = 288.0;
+  model->laser_x0 = 0.1;
+  model->laser_y0 = 0.005;
+}
+
+/* Points in front of the camera of make_camera, at depths of 2 to 5 m, with their pixels. */
+static inline void make_points(const ptzcal_camera *camera, double *xyz, double *uv, size_t n, double noise)
+{
+  uint32_t state = 7;
+  size_t i;
+  for (i = 0; i < n; i++) {
+    double z = 2.5 + 1.5 * fixture_random(&state);
+    xyz[3 * i] = -0.4 + 0.35 * (z + 1.0) * fixture_random(&state) - 0.2 * z;
+    xyz[3 * i + 1] = 0.25 * (z + 1.0) * fixture_random(&state);
+    xyz[3 * i + 2] = z;
+  }
+  CHECK_OK(ptzcal_camera_project(camera, xyz, n, uv, NULL));
+  for (i = 0; i < 2 * n; i++) uv[i] += noise * fixture_random(&state);
+}
+
+static inline void make_image(ptzcal_image *image, const void *pixels, uint32_t width, uint32_t height)
+{
+  CHECK_OK(ptzcal_image_init(image, sizeof *image));
+  image->format = PTZCAL_PIXEL_FORMAT_GRAY8;
+  image->width = width;
+  image->height = height;
+  image->plane[0] = pixels;
+  image->stride[0] = (ptrdiff_t)width;
+  image->size[0] = (size_t)width * height;
+}
+
+/* A corner of a room, seen from (x, 0, 0) in its frame: three planes, and their three edges. */
+static inline void make_corner(ptzcal_roof_edges **edges, double x)
+{
+  static const double normals[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const double distances[3] = {2.0, 1.5, 3.0};
+  uint32_t planes[3], i;
+  CHECK_OK(ptzcal_roof_edges_new(edges, NULL));
+  for (i = 0; i < 3; i++)
+    CHECK_OK(ptzcal_roof_edges_add_plane(*edges, normals + 3 * i, distances[i] - (i == 0 ? x : 0.0), NULL, &planes[i], NULL));
+  for (i = 0; i < 3; i++) CHECK_OK(ptzcal_roof_edges_add_edge(*edges, planes[i], planes[(i + 1) % 3], NULL));
+}
+
+static inline void make_fixtures(void)
+{
+  make_camera(fixture_camera);
+  make_rig_model(fixture_rig_model);
+  make_image(fixture_image, fixture_pixels, 16, 12);
+  fixture_images[0] = fixture_images[1] = fixture_images[2] = fixture_images[3] = fixture_image;
+  CHECK_OK(ptzcal_spot_init(fixture_spot, sizeof *fixture_spot));
+  CHECK_OK(ptzcal_calibration_summary_init(fixture_calibration_summary, sizeof *fixture_calibration_summary));
+  CHECK_OK(ptzcal_cancel_new(&fixture_cancel, NULL));
+  CHECK_STATUS(PTZCAL_STATUS_NULL_POINTER, ptzcal_cancel_new(NULL, &fixture_error));
+  CHECK_OK(ptzcal_spot_options_new(&fixture_spot_options, NULL));
+  CHECK_OK(ptzcal_calibration_options_new(&fixture_calibration_options, NULL));
+  make_points(fixture_camera, fixture_xyz, fixture_uv, FIXTURE_POINTS, 0.3);
+  CHECK_OK(ptzcal_correspondences_new(800, 600, &fixture_correspondences, NULL));
+  CHECK_OK(ptzcal_correspondences_add_points(fixture_correspondences, fixture_xyz, fixture_uv, FIXTURE_POINTS, NULL));
+  CHECK_OK(ptzcal_calibrate_camera(fixture_correspondences, NULL, &fixture_calibration, NULL));
+  CHECK_OK(ptzcal_pose_init(fixture_pose, sizeof *fixture_pose));
+  CHECK_OK(ptzcal_pose_options_new(&fixture_pose_options, NULL));
+  make_corner(&fixture_roof_edges, 0.0);
+  CHECK_OK(ptzcal_estimate_pose_roof_edges(fixture_roof_edges, fixture_roof_edges, NULL, &fixture_pose_estimate, NULL));
+}
+
+static inline void free_fixtures(void)
+{
+  ptzcal_pose_estimate_free(fixture_pose_estimate);
+  ptzcal_roof_edges_free(fixture_roof_edges);
+  ptzcal_pose_options_free(fixture_pose_options);
+  ptzcal_calibration_free(fixture_calibration);
+  ptzcal_correspondences_free(fixture_correspondences);
+  ptzcal_calibration_options_free(fixture_calibration_options);
+  ptzcal_spot_options_free(fixture_spot_options);
+  ptzcal_cancel_free(fixture_cancel);
+  ptzcal_error_free(fixture_error);
+}
+
+#endif
