@@ -14,6 +14,7 @@ from .images import PixelFormat
 from .pose import Pose, PoseMethod, RoofEdges, estimate_pose_roof_edges
 from .rig import LogLevel, Rig, Settle
 from .rig_model import PanTilt, RigModel
+from .scan import FixedCamera, Gate, Progress, Region, Scan, Shot
 from .simulator import HEAD_CAMERA, Frame, Motion, Simulator
 
 __version__ = version()
@@ -26,7 +27,9 @@ __all__ = [
     "Correspondences",
     "DistortionModel",
     "Error",
+    "FixedCamera",
     "Frame",
+    "Gate",
     "HEAD_CAMERA",
     "InvalidArgument",
     "LaserColour",
@@ -36,10 +39,14 @@ __all__ = [
     "PixelFormat",
     "Pose",
     "PoseMethod",
+    "Progress",
+    "Region",
     "Rig",
     "RigModel",
     "RoofEdges",
+    "Scan",
     "Settle",
+    "Shot",
     "Simulator",
     "Spot",
     "SpotAmbiguous",

@@ -10,11 +10,13 @@ laser off still reach the host.
 from __future__ import annotations
 
 import contextlib
+import math
 import signal
 import threading
 from ctypes import byref, c_void_p
 from typing import Any, Callable, Iterator, List, Optional
 
+from . import _native, images
 from ._native import taken_error
 from .errors import Error, Status
 
@@ -90,6 +92,24 @@ def listener(function: Callable[..., Any], otherwise: Any = None) -> Callable[..
     return callback
 
 
+def frames(source: Callable[..., Any]) -> Any:
+    """A source of frames as the library calls it."""
+
+    def next_frame(not_before: float, timeout: float, image: Any, timestamp: Any) -> None:
+        frame = source(not_before, timeout)
+        seconds, format = math.nan, None
+        if isinstance(frame, tuple):
+            frame, seconds, *rest = frame
+            format = rest[0] if rest else None
+        view = images.view(frame, format, "the frame")
+        images.fill(image[0], view)
+        timestamp[0] = math.nan if seconds is None else seconds
+        # The library copies the pixels after this returns.
+        next_frame.pixels = view  # type: ignore[attr-defined]
+
+    return _native.ptzcal_frame_fn(device(next_frame))
+
+
 def _run(current: _Call, function: Callable[..., Any], arguments: tuple) -> Any:
     current.depth += 1
     try:
@@ -98,8 +118,11 @@ def _run(current: _Call, function: Callable[..., Any], arguments: tuple) -> Any:
         current.depth -= 1
 
 
-def call(function: Any, *arguments: Any) -> None:
-    """As _native.call, for functions that may call back."""
+def call(function: Any, *arguments: Any) -> Optional[BaseException]:
+    """As _native.call, for functions that may call back.
+
+    Returns the last failure of a device, which did not keep the call from succeeding.
+    """
     calls: List[_Call] = _thread.__dict__.setdefault("calls", [])
     current = _Call()
     failure = c_void_p()
@@ -114,6 +137,7 @@ def call(function: Any, *arguments: Any) -> None:
         raise current.fatal
     if error is not None:
         raise error from current.device
+    return current.device
 
 
 @contextlib.contextmanager

@@ -31,6 +31,26 @@ HEAD_CAMERA = 4294967295
 """The number of the head camera where a camera is asked for."""
 
 
+class ptzcal_shot(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("index", c_uint32),
+        ("pan", c_double),
+        ("tilt", c_double),
+        ("zoom", c_double),
+        ("time", c_double),
+        ("found", c_uint32),
+        ("has_point", c_uint32),
+        ("fixed_found", c_uint32),
+        ("colour", c_uint32),
+        ("point", c_double * 3),
+        ("covariance", c_double * 9),
+        ("inverse_depth", c_double),
+        ("inverse_depth_variance", c_double),
+        ("epipolar_chi2", c_double),
+    ]
+
+
 class ptzcal_progress(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -40,6 +60,8 @@ class ptzcal_progress(Structure):
         ("done", c_uint64),
         ("total", c_uint64),
         ("elapsed", c_double),
+        ("seconds_left", c_double),
+        ("shot", POINTER(ptzcal_shot)),
     ]
 
 
@@ -138,6 +160,33 @@ class ptzcal_pose(Structure):
     ]
 
 
+class ptzcal_region(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("pan_steps", c_uint32),
+        ("tilt_steps", c_uint32),
+        ("reserved", c_uint32),
+        ("pan_min", c_double),
+        ("pan_max", c_double),
+        ("tilt_min", c_double),
+        ("tilt_max", c_double),
+    ]
+
+
+class ptzcal_scan_summary(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("complete", c_uint32),
+        ("positions", c_uint64),
+        ("shots", c_uint64),
+        ("resumed", c_uint64),
+        ("found", c_uint64),
+        ("fixed_cameras", c_uint64),
+        ("journal_damaged", c_uint64),
+        ("journal_cut", c_uint64),
+    ]
+
+
 ptzcal_log_fn = CFUNCTYPE(None, c_void_p, c_int32, c_char_p)
 ptzcal_progress_fn = CFUNCTYPE(c_int32, c_void_p, POINTER(ptzcal_progress))
 ptzcal_ptz_move_fn = CFUNCTYPE(c_int32, c_void_p, c_double, c_double)
@@ -187,6 +236,9 @@ _camera = POINTER(ptzcal_camera)
 _image = POINTER(ptzcal_image)
 _model = POINTER(ptzcal_rig_model)
 _pose = POINTER(ptzcal_pose)
+_region = POINTER(ptzcal_region)
+_scan_summary = POINTER(ptzcal_scan_summary)
+_shot = POINTER(ptzcal_shot)
 _spot = POINTER(ptzcal_spot)
 _summary = POINTER(ptzcal_calibration_summary)
 _ptz = POINTER(ptzcal_ptz)
@@ -350,6 +402,41 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_rig_stop": (_status, _handle, _error_out),
     "ptzcal_rig_emergency_off": (_status, _handle, _error_out),
     "ptzcal_rig_release": (_status, _handle, _error_out),
+    # Scanning a region.
+    "ptzcal_shot_init": (_status, _shot, c_size_t),
+    "ptzcal_region_init": (_status, _region, c_size_t),
+    "ptzcal_scan_summary_init": (_status, _scan_summary, c_size_t),
+    "ptzcal_scan_options_new": (_status, _handle_out, _error_out),
+    "ptzcal_scan_options_free": (None, _handle),
+    "ptzcal_scan_options_add_camera": (
+        _status, _handle, ptzcal_frame_fn, _user, c_uint32, c_uint32, _uint32_out, _error_out,
+    ),
+    "ptzcal_scan_options_add_camera_address": (
+        _status, _handle, c_char_p, _uint32_out, _error_out,
+    ),
+    "ptzcal_scan_options_set_known_camera": (_status, _handle, c_uint32, _camera, _error_out),
+    "ptzcal_scan_options_set_distortion": (_status, _handle, c_uint32, c_uint32, _error_out),
+    "ptzcal_scan_options_set_frames_per_state": (_status, _handle, c_uint32, _error_out),
+    "ptzcal_scan_options_set_coarse_shots": (_status, _handle, c_uint32, _error_out),
+    "ptzcal_scan_options_set_spot": (_status, _handle, _handle, _error_out),
+    "ptzcal_scan_options_set_gate": (
+        _status, _handle, c_double, c_double, c_double, c_double, _error_out,
+    ),
+    "ptzcal_scan_options_set_journal": (_status, _handle, c_char_p, c_int32, _error_out),
+    "ptzcal_scan_options_set_cancel": (_status, _handle, _handle, _error_out),
+    "ptzcal_rig_scan_region": (
+        _status, _handle, _region, _handle, ptzcal_progress_fn, _user, _handle_out, _error_out,
+    ),
+    "ptzcal_scan_free": (None, _handle),
+    "ptzcal_scan_get_summary": (_status, _handle, _scan_summary, _error_out),
+    "ptzcal_scan_end": (_status, _handle, _error_out),
+    "ptzcal_scan_get_shot": (_status, _handle, c_size_t, _shot, _error_out),
+    "ptzcal_scan_get_spot": (_status, _handle, c_size_t, c_uint32, _spot, _error_out),
+    "ptzcal_scan_copy_points": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_correspondences_add_scan": (_status, _handle, _handle, c_uint32, _error_out),
+    "ptzcal_roof_edges_add_plane_scan": (
+        _status, _handle, _handle, _region, _uint32_out, _error_out,
+    ),
 }
 
 

@@ -14,6 +14,7 @@ from ._native import Handle, call, lib
 from .camera import Camera, DistortionModel
 from .cancel import Cancel, pointer_of
 from .rig_model import RigModel
+from .scan import Scan
 
 _COEFFICIENTS = {
     DistortionModel.NONE: (),
@@ -79,6 +80,11 @@ class Correspondences(Handle):
             self._pointer, byref(model._struct), address(pan_tilt), address(spots),
             address(of_spots), address(uv), address(of_uv), n,
         )
+
+    def add_scan(self, scan: Scan, camera: int = 0) -> None:
+        """Adds what the head camera and a fixed camera, by its number, saw together in a scan."""
+        number = unsigned(camera, "camera")
+        call(lib.ptzcal_correspondences_add_scan, self._pointer, scan._pointer, number)
 
     def __len__(self) -> int:
         count = c_size_t()

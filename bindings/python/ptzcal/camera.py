@@ -108,7 +108,7 @@ class Camera:
     def _from_struct(cls, s: _native.ptzcal_camera) -> "Camera":
         return cls(
             s.width, s.height, s.fx, s.fy, s.cx, s.cy, s.skew, s.distortion_model,
-            tuple(s.distortion), np.reshape(s.rotation, (3, 3)), np.array(s.translation),
+            tuple(s.distortion), np.array(s.rotation).reshape(3, 3), np.array(s.translation),
         )
 
     @property

@@ -35,6 +35,14 @@ class Spot:
     area: int  #: pixels above the threshold
     saturated: bool  #: pixels of the spot are at the sensor's limit
 
+    @classmethod
+    def _from_struct(cls, s: _native.ptzcal_spot) -> "Spot":
+        xx, xy, yy = s.covariance
+        covariance = np.array([[xx, xy], [xy, yy]])
+        return cls(
+            s.x, s.y, covariance, s.peak, s.signal_to_noise, s.area, bool(s.saturated)
+        )
+
     @property
     def centre(self) -> np.ndarray:
         """(x, y) as an array."""
@@ -118,11 +126,7 @@ def detect_spot(
         # Kept in a name of its own: the view must outlive the call.
         off_image = None if off is None else view(off, format, "off")
         call(lib.ptzcal_detect_spot, on_image, off_image, chosen, byref(spot))
-    xx, xy, yy = spot.covariance
-    return Spot(
-        spot.x, spot.y, np.array([[xx, xy], [xy, yy]]), spot.peak, spot.signal_to_noise,
-        spot.area, bool(spot.saturated),
-    )
+    return Spot._from_struct(spot)
 
 
 def _views(frames: Any, format: Any, name: str) -> List[_native.ptzcal_image]:

@@ -14,6 +14,7 @@ from . import _native
 from ._arrays import address, member, numbers, pixel_covariances, rows, unsigned, vector
 from ._native import Handle, call, lib
 from .rig_model import RigModel
+from .scan import Region, Scan
 
 
 class PoseMethod(enum.IntEnum):
@@ -40,7 +41,7 @@ class Pose:
         cls, s: _native.ptzcal_pose, covariance: Optional[np.ndarray] = None
     ) -> "Pose":
         return cls(
-            np.reshape(s.rotation, (3, 3)), np.array(s.translation), s.rotation_angle,
+            np.array(s.rotation).reshape(3, 3), np.array(s.translation), s.rotation_angle,
             s.residual_rms, s.disagreement, s.condition, covariance,
         )
 
@@ -91,6 +92,11 @@ class RoofEdges(Handle):
         return self._plane(
             lib.ptzcal_roof_edges_add_plane, address(normal), distance, address(covariance)
         )
+
+    def add_plane_scan(self, scan: Scan, region: Optional[Region] = None) -> int:
+        """Adds a plane fitted to a scan's shots, within the readings of `region` or all."""
+        within = None if region is None else byref(region._struct())
+        return self._plane(lib.ptzcal_roof_edges_add_plane_scan, scan._pointer, within)
 
     def add_edge(self, first: int, second: int) -> None:
         """Adds the edge where two planes, by their numbers, meet."""

@@ -5,19 +5,22 @@ from __future__ import annotations
 import contextlib
 import enum
 import math
+import os
 import threading
 import warnings
 import weakref
 from ctypes import byref, c_double, c_void_p
 from dataclasses import astuple, dataclass
-from typing import Any, Callable, Iterator, List, Optional
+from typing import Any, Callable, Iterator, List, Optional, Sequence, Union
 
-from . import _callbacks, _native, images
+from . import _callbacks, _native
 from ._arrays import unsigned, vector
 from ._native import Handle, lib
 from .cancel import Cancel, pointer_of
+from .detect import SpotOptions
 from .errors import Status, error
 from .rig_model import PanTilt, RigModel
+from .scan import FixedCamera, Gate, Progress, Region, Scan, ScanOptions
 from .simulator import Simulator
 
 
@@ -78,24 +81,6 @@ def _ptz(head: Any) -> _native.ptzcal_ptz:
         struct.motion = _native.ptzcal_ptz_motion_fn(_callbacks.device(motion))
     struct.stop = _native.ptzcal_ptz_stop_fn(_callbacks.device(stop, always=lambda: True))
     return struct
-
-
-def frame_callback(source: Callable[..., Any]) -> Any:
-    """A source of frames as the library calls it."""
-
-    def next_frame(not_before: float, timeout: float, image: Any, timestamp: Any) -> None:
-        frame = source(not_before, timeout)
-        seconds, format = math.nan, None
-        if isinstance(frame, tuple):
-            frame, seconds, *rest = frame
-            format = rest[0] if rest else None
-        view = images.view(frame, format, "the frame")
-        images.fill(image[0], view)
-        timestamp[0] = math.nan if seconds is None else seconds
-        # The library copies the pixels after this returns.
-        next_frame.pixels = view  # type: ignore[attr-defined]
-
-    return _native.ptzcal_frame_fn(_callbacks.device(next_frame))
 
 
 class Rig:
@@ -159,7 +144,7 @@ class Rig:
             callbacks.append(switch)
             options.set("laser", switch, None)
         if frames is not None:
-            next_frame = frame_callback(frames)
+            next_frame = _callbacks.frames(frames)
             callbacks.append(next_frame)
             options.set("frames", next_frame, None)
         if clock is not None:
@@ -290,6 +275,47 @@ class Rig:
         pan, tilt = c_double(), c_double()
         self._call(verb, *arguments, byref(pan), byref(tilt))
         return PanTilt(pan.value, tilt.value)
+
+    def scan_region(
+        self,
+        region: Region,
+        cameras: Sequence[Union[FixedCamera, str]] = (),
+        *,
+        frames_per_state: Optional[int] = None,
+        coarse_shots: Optional[int] = None,
+        spot: Optional[SpotOptions] = None,
+        gate: Optional[Gate] = None,
+        journal: Union[str, os.PathLike, None] = None,
+        journal_sync: bool = True,
+        progress: Optional[Callable[[Progress], Any]] = None,
+        cancel: Optional[Cancel] = None,
+    ) -> Scan:
+        """Measures a point with the laser at each position of a region, and watches fixed cameras.
+
+        What is None keeps the library's default. cameras: FixedCamera objects, or addresses such as
+        "sim:fixed/0". frames_per_state: frames averaged with the laser off, and with it on.
+        coarse_shots: positions of the first pass. spot: how spots are found. journal: a file from
+        which a scan that was killed goes on; journal_sync waits for the disk at each shot.
+        progress: progress(Progress) after each shot; a true result stops the scan.
+
+        A scan that ends early (stopped, cancelled, a device failed) still returns what it measured:
+        see Scan.end. An exception of `progress`, and Ctrl-C, go on from here. The laser is off and
+        the head stopped however it ends.
+        """
+        options = ScanOptions(
+            cameras,
+            {
+                "frames_per_state": frames_per_state,
+                "coarse_shots": coarse_shots,
+            },
+            spot=spot,
+            gate=gate,
+            journal=journal,
+            journal_sync=journal_sync,
+            cancel=cancel,
+        )
+        with self._open() as pointer:
+            return Scan(pointer, region, options, progress)
 
     def set_laser(self, on: bool) -> None:
         """Switches the laser by hand. On is refused while the head moves."""
