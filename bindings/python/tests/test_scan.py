@@ -11,7 +11,8 @@ from support import TestCase
 from test_rig import Devices
 
 REGION = ptzcal.Region(-0.35, 0.35, -0.25, 0.25, 12, 8)
-TRUE = "sim:room?misalignment=0"
+#: A rig whose model is true and whose encoders are perfect.
+TRUE = "sim:room?misalignment=0&step_deg=0&backlash_deg=0&repeatability_deg=0"
 
 
 class Scans(TestCase):
@@ -86,7 +87,7 @@ class Scans(TestCase):
             truth = self.simulator.true_camera(number)
             measurements = ptzcal.Correspondences(*truth.size)
             measurements.add_scan(self.scan, number)
-            result = ptzcal.calibrate_camera(measurements, distortion="radial2")
+            result = ptzcal.calibrate_camera(measurements, distortion="brown_conrady")
             error = result.camera.centre - truth.centre
             self.assertTrue((np.abs(error) < 6 * result.standard_deviations[-3:]).all())
         with self.fails("INVALID_ARGUMENT"):
@@ -165,6 +166,37 @@ class Ends(TestCase):
         self.assertIsInstance(scan.end.__cause__, ConnectionError)
         self.assertGreater(len(scan), 1)
         self.assertFalse(devices.lit)
+
+    def once_without_a_frame(self, log):
+        """Scans with a source of frames that fails once."""
+        devices = Devices(TRUE)
+        calls = []
+
+        def frames(not_before, timeout):
+            calls.append(None)
+            if len(calls) == 60:
+                raise OSError("a glitch")
+            return devices.simulator.next_frame(not_before, timeout)
+
+        with devices.open(frames=frames, log=log) as rig:
+            return rig.scan_region(ptzcal.Region(-0.2, 0.2, -0.1, 0.1, 5, 4))
+
+    def test_a_failure_that_does_not_matter(self):
+        messages = []
+        scan = self.once_without_a_frame(lambda *message: messages.append(message))
+        self.assertTrue(scan.complete)
+        self.assertIsNone(scan.end)
+        self.assertTrue(messages)
+        for level, text in messages:
+            self.assertIsInstance(level, ptzcal.LogLevel)
+            self.assertIsInstance(text, str)
+
+    def test_a_bug_in_the_log_comes_out(self):
+        def log(level, text):
+            raise KeyError("log")
+
+        with self.assertRaisesRegex(KeyError, "log"):
+            self.once_without_a_frame(log)
 
     def test_fixed_cameras_of_the_host(self):
         devices = Devices(TRUE)
