@@ -1,4 +1,5 @@
 //! Times of `detect_spot` on rendered frames: least and median of many calls, one thread.
+//! `cargo bench --bench spot -- NAME` runs those whose names contain NAME.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -29,6 +30,7 @@ fn frame(format: PixelFormat, width: u32, height: u32, laser: bool, gain: f64, r
 
 fn main() {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let wanted = std::env::args().skip(1).find(|a| !a.starts_with('-')).unwrap_or_default();
     let (grey, bgr) = (PixelFormat::Gray8, PixelFormat::Bgr24);
     for (name, format, [width, height], region, gain) in [
         ("640x480 grey", grey, [640, 480], 0, 1.0),
@@ -41,6 +43,9 @@ fn main() {
         ("64x64 region, BGR", bgr, [1920, 1080], 64, 1.0),
         ("128x128 region, grey", grey, [1920, 1080], 128, 1.0),
     ] {
+        if !name.contains(&wanted) {
+            continue;
+        }
         let on = frame(format, width, height, true, gain, &mut rng);
         let off = frame(format, width, height, false, 1.0, &mut rng);
         let (on, off) = (on.view().expect("packed"), off.view().expect("packed"));

@@ -106,7 +106,7 @@ fn scenes_without_a_laser_have_no_spot() {
         });
         paths.sort();
         let images: Vec<Image> = paths.iter().map(|p| load(p.clone())).collect();
-        for colour in [LaserColour::Red, LaserColour::Green, LaserColour::Unknown] {
+        for colour in [LaserColour::Red, LaserColour::Green, LaserColour::Unknown, LaserColour::White] {
             let options = SpotOptions { colour, ..SpotOptions::default() };
             for (image, path) in images.iter().zip(&paths) {
                 let result = single(image, colour);

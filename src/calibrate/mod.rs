@@ -77,7 +77,7 @@ impl Default for CalibrationOptions {
 pub struct Calibration {
     pub camera: Camera,
     /// Covariance of fx fy skew cx cy, the distortion's coefficients, the rotation vector w
-    /// (R <- exp([w]x) R, radians, camera axes) and the camera's centre in the world (metres).
+    /// (`R <- exp([w]x) R`, radians, camera axes) and the camera's centre in the world (metres).
     /// Rows of parameters that were not free are zero.
     pub covariance: DMatrix<f64>,
     /// Measured minus predicted pixel of each observation, px, at its measured depth. Outliers too;

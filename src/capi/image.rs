@@ -9,6 +9,7 @@ use super::call::{ErrorOut, guard};
 use super::sized::{self, SizedStruct};
 use super::status::ptzcal_status;
 use crate::error::{Error, Result};
+use crate::image::view::MAX_SIDE;
 use crate::image::{ImageView, PixelFormat};
 
 /// Layouts of pixels in memory: the values of ptzcal_image.format.
@@ -88,6 +89,10 @@ pub(super) unsafe fn view<'a>(image: *const ptzcal_image) -> Result<ImageView<'a
     // SAFETY: by this function's contract.
     let image = unsafe { sized::read(image)? };
     let format = PixelFormat::try_from(image.format)?;
+    let sides = 1..=MAX_SIDE;
+    if !sides.contains(&image.width) || !sides.contains(&image.height) {
+        return Err(Error::invalid("image", format!("{} x {} pixels", image.width, image.height)));
+    }
     let mut planes: [(&[u8], isize); 4] = [(&[], 0); 4];
     for (i, plane) in planes.iter_mut().enumerate().take(format.planes()) {
         let (first, stride, size) = (image.plane[i].cast::<u8>(), image.stride[i], image.size[i]);
@@ -96,7 +101,7 @@ pub(super) unsafe fn view<'a>(image: *const ptzcal_image) -> Result<ImageView<'a
         }
         let overflow = || Error::invalid("image", format!("{} x {} with stride {stride}", image.width, image.height));
         let row = format.row_bytes(i, image.width).ok_or_else(overflow)?;
-        let below = format.rows(i, image.height).saturating_sub(1);
+        let below = format.rows(i, image.height) - 1;
         let above_lowest = stride.unsigned_abs().checked_mul(below).ok_or_else(overflow)?;
         let needed = above_lowest.checked_add(row).filter(|n| *n <= isize::MAX as usize).ok_or_else(overflow)?;
         if size < needed {

@@ -10,6 +10,8 @@
 //!    handles out first (they are set to NULL on entry), then inputs, then outputs.
 //! 3. Then safe code only; outputs are written last, so that a failure leaves them untouched.
 #![allow(unsafe_code)]
+// The comments are the text of a C header.
+#![allow(rustdoc::broken_intra_doc_links)]
 // C's names are C's.
 #![allow(non_camel_case_types)]
 // Every pointer obeys the rules at the top of the header; they are not repeated on each function.
@@ -21,19 +23,24 @@ mod sized;
 
 pub mod args;
 pub mod calibrate;
+pub mod calibration_options;
 pub mod camera;
 pub mod cancel;
 pub mod correspondences;
 pub mod detect;
 pub mod devices;
 pub mod error;
+pub mod file;
 pub mod image;
 pub mod log;
 pub mod pose;
 pub mod progress;
 pub mod rig;
 pub mod rig_model;
+pub mod rig_options;
+pub mod roof_edges;
 pub mod scan;
+pub mod scan_options;
 pub mod shot;
 pub mod simulator;
 pub mod status;

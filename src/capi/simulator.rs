@@ -7,14 +7,13 @@
 //! results are compared with. Angles are radians, times are seconds of the simulator's clock.
 
 use std::ffi::{c_char, c_void};
-use std::sync::Mutex;
 
 use super::args::{Out, number, string};
 use super::call::{ErrorOut, guard, guard_or};
 use super::camera::ptzcal_camera;
 use super::devices::ptzcal_motion;
 use super::error::ptzcal_error;
-use super::handle::{Handle, HandleOut, borrow, free};
+use super::handle::{Alone, Handle, HandleOut, borrow, free};
 use super::image::ptzcal_image;
 use super::pose::ptzcal_pose;
 use super::rig_model::ptzcal_rig_model;
@@ -22,7 +21,7 @@ use super::sized::SizedOut;
 use super::status::ptzcal_status;
 use crate::device::{Frame, FrameSource, Laser, Motion, PanTiltZoom};
 use crate::error::{Error, Result};
-use crate::sim::{SimFrames, SimOptions, Simulator};
+use crate::sim::{SimFrames, SimLaser, SimOptions, Simulator};
 
 /// The number of the head camera where a camera is asked for; fixed cameras count from 0.
 pub const PTZCAL_HEAD_CAMERA: u32 = 4294967295;
@@ -30,8 +29,10 @@ pub const PTZCAL_HEAD_CAMERA: u32 = 4294967295;
 /// A simulated rig. The functions may be called from several threads at a time.
 pub struct ptzcal_simulator {
     pub(super) simulator: Simulator,
-    head: Mutex<Source>,
-    fixed: Vec<Mutex<Source>>,
+    head: Alone<Source>,
+    fixed: Vec<Alone<Source>>,
+    /// Once it was switched by hand; like every laser port it goes off with its owner.
+    laser: Alone<Option<SimLaser>>,
 }
 
 /// A camera's frames, and the one that was handed out last.
@@ -46,14 +47,14 @@ impl Handle for ptzcal_simulator {
 
 impl ptzcal_simulator {
     pub(super) fn of(simulator: Simulator) -> Result<Self> {
-        let source = |frames| Mutex::new(Source { frames, frame: Frame::empty() });
+        let source = |frames| Alone::new(Source { frames, frame: Frame::empty() });
         let head = source(simulator.head_frames());
         let fixed =
             (0..simulator.fixed_cameras()).map(|i| simulator.fixed_frames(i).map(source)).collect::<Result<_>>()?;
-        Ok(Self { simulator, head, fixed })
+        Ok(Self { simulator, head, fixed, laser: Alone::new(None) })
     }
 
-    fn source(&self, camera: u32) -> Result<&Mutex<Source>> {
+    fn source(&self, camera: u32) -> Result<&Alone<Source>> {
         if camera == PTZCAL_HEAD_CAMERA {
             return Ok(&self.head);
         }
@@ -334,7 +335,7 @@ pub unsafe extern "C" fn ptzcal_simulator_stop(
     guard(error, || unsafe { borrow(simulator)? }.simulator.ptz().stop())
 }
 
-/// Switches the simulated laser.
+/// Switches the simulated laser. What was switched on here goes off when the simulator is freed.
 ///
 /// @param simulator The simulator.
 /// @param on        1 or 0.
@@ -354,11 +355,8 @@ pub unsafe extern "C" fn ptzcal_simulator_set_laser(
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
         let simulator = unsafe { borrow(simulator)? };
-        let mut laser = simulator.simulator.laser();
-        let result = laser.set(switch(on)?);
-        // A port switches the laser off when it is dropped; this one is only a loan.
-        std::mem::forget(laser);
-        result
+        let on = switch(on)?;
+        simulator.laser.lock("simulated laser")?.get_or_insert_with(|| simulator.simulator.laser()).set(on)
     })
 }
 
@@ -402,8 +400,7 @@ pub unsafe extern "C" fn ptzcal_simulator_next_frame(
         let (simulator, image, timestamp) =
             unsafe { (borrow(simulator)?, SizedOut::new(image)?, Out::new(timestamp, "timestamp")?) };
         let (not_before, timeout) = (number(not_before, "not_before")?, number(timeout, "timeout")?);
-        let source = simulator.source(camera)?.try_lock();
-        let mut source = source.map_err(|_| Error::Busy { what: "simulated camera" })?;
+        let mut source = simulator.source(camera)?.lock("simulated camera")?;
         let Source { frames, frame } = &mut *source;
         frames.next_frame(not_before, timeout, frame)?;
         image.write(&image_of(frame)?);

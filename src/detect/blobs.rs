@@ -16,7 +16,7 @@ const MIN_SIGMA: f64 = 0.4;
 /// Share of the signal's energy that a Gaussian must explain: of a flat disc it is 0.81, as a spot out of
 /// focus may be; a large flat patch is something else that became brighter.
 const MIN_EXPLAINED: f64 = 0.75;
-const MIN_EXPLAINED_LARGE: f64 = 0.9;
+const MIN_EXPLAINED_LARGE: f64 = 0.95;
 const LARGE: u32 = 400;
 /// Fewer pixels than this have no shape to judge.
 const SHAPED: u32 = 12;

@@ -178,8 +178,8 @@ impl Patch {
             let dy = (self.top + r * self.step) as f64 - y;
             let dx0 = self.left as f64 - x;
             // Both ways from the column nearest the ridge, where the value is largest.
-            let ridge = (-(dx0 + xy / xx * dy) / step).round().clamp(0.0, (self.columns - 1) as f64);
-            let (start, dx) = (ridge as usize, dx0 + ridge * step);
+            let start = ((0.5 - (dx0 + xy / xx * dy) / step).max(0.0) as usize).min(self.columns - 1);
+            let dx = dx0 + start as f64 * step;
             let value = (-0.5 * (xx * dx * dx + 2.0 * xy * dx * dy + yy * dy * dy)).exp();
             let slope = (xx * dx + xy * dy) * step;
             let half = 0.5 * xx * step * step;

@@ -32,6 +32,14 @@ const MAX_RUNS: usize = 1 << 14;
 /// Share of its height down to which a peak is one region.
 const FOOT: f32 = 0.3;
 
+/// The brightest pixel of a speck, and by how much it exceeds all that is about it.
+#[derive(Debug, Clone, Copy, Default)]
+struct Seed {
+    place: [usize; 2],
+    level: u8,
+    contrast: u8,
+}
+
 struct Candidate {
     spot: Spot,
     fit: Fit,
@@ -49,21 +57,23 @@ pub fn detect(on: &FrameMean<'_>, area: &SearchArea, options: &SpotOptions) -> R
         colour => vec![colour.index().filter(|_| has_colour)],
     };
     let mut found: Vec<Candidate> = Vec::new();
+    let mut specks: Vec<Seed> = Vec::new();
     for colour in colours {
         let carrier = match (all, colour) {
             ([_, green, _], None) => *green,
             ([_, _, _], Some(c)) => all[c],
             _ => all[0],
         };
-        search(on, area, carrier, colour, options, &mut found)?;
-        if all.len() == 1 && colour.is_none() {
-            break;
+        let seeds = search(on, area, carrier, colour, options, &mut found)?;
+        // Only colour tells a spot from other bright specks.
+        if colour.is_none() {
+            specks.extend(seeds);
         }
     }
-    verdict(&found, options)
+    verdict(&found, &specks, options)
 }
 
-fn verdict(found: &[Candidate], options: &SpotOptions) -> Result<Spot> {
+fn verdict(found: &[Candidate], specks: &[Seed], options: &SpotOptions) -> Result<Spot> {
     let mut order: Vec<&Candidate> = found.iter().collect();
     order.sort_by(|a, b| b.burnt_out.cmp(&a.burnt_out).then(b.strength.total_cmp(&a.strength)));
     let Some(best) = order.first() else {
@@ -79,6 +89,16 @@ fn verdict(found: &[Candidate], options: &SpotOptions) -> Result<Spot> {
         let reason = format!("two spots in the single image, at {} and {}", place(best), place(rival));
         return Err(Error::Ambiguous { reason });
     }
+    let is_rival = |s: &&Seed| {
+        let [x, y] = s.place.map(|c| c as f64);
+        s.contrast as f64 >= 0.5 * options.ambiguity_ratio * best.spot.peak
+            && (x - best.spot.x).hypot(y - best.spot.y) > 3.0 + 4.0 * best.fit.gaussian.axes()[0]
+    };
+    if let Some(speck) = specks.iter().find(is_rival) {
+        let [x, y] = speck.place;
+        let reason = format!("without a colour, the spot at {} is not told from the speck at ({x}, {y})", place(best));
+        return Err(Error::Ambiguous { reason });
+    }
     if !best.burnt_out && (best.spot.peak < MIN_PEAK as f64 || !best.fit.is_laser_like()) {
         let reason = format!("the spot at {} is too faint or ill-shaped to be told from a reflection", place(best));
         return Err(Error::Ambiguous { reason });
@@ -86,7 +106,7 @@ fn verdict(found: &[Candidate], options: &SpotOptions) -> Result<Spot> {
     Ok(best.spot)
 }
 
-/// Adds the spots of one colour.
+/// Adds the spots of one colour; returns all bright specks.
 fn search(
     on: &FrameMean<'_>,
     area: &SearchArea,
@@ -94,16 +114,17 @@ fn search(
     colour: Option<usize>,
     options: &SpotOptions,
     found: &mut Vec<Candidate>,
-) -> Result<()> {
+) -> Result<Vec<Seed>> {
     let plane = Plane::new(on, area, carrier);
     let contrast = (MIN_CONTRAST_NOISE * plane.noise()).clamp(MIN_CONTRAST, 200.0) as u8;
     let first = found.len();
+    let mut all = Vec::new();
     for radius in RADII {
         let Some(seeds) = plane.seeds(area, radius, contrast) else {
             let reason = "the single image has too many bright specks to tell a spot from them";
             return Err(Error::Ambiguous { reason: reason.into() });
         };
-        for [x, y] in seeds {
+        for Seed { place: [x, y], .. } in seeds.iter().copied() {
             // Already found with surroundings farther away?
             let known = |c: &Candidate| (c.spot.x - x as f64).hypot(c.spot.y - y as f64) < radius.max(10) as f64;
             if found[first..].iter().any(known) {
@@ -115,8 +136,9 @@ fn search(
                 }
             }
         }
+        all.extend(seeds);
     }
-    Ok(())
+    Ok(all)
 }
 
 /// One channel of the search rectangle.
@@ -160,9 +182,9 @@ impl Plane {
         1.4826 * (middle.unwrap_or(0) as f32 + 0.5) / std::f32::consts::SQRT_2
     }
 
-    /// Brightest pixels of the groups that exceed all pixels `radius` away, in eight directions, by
+    /// The brightest pixels of the groups that exceed all pixels `radius` away, in eight directions, by
     /// `contrast`; `None` when there are too many.
-    fn seeds(&self, area: &SearchArea, radius: usize, contrast: u8) -> Option<Vec<[usize; 2]>> {
+    fn seeds(&self, area: &SearchArea, radius: usize, contrast: u8) -> Option<Vec<Seed>> {
         let (width, height) = (self.columns.len(), self.rows.len());
         let r = radius as isize;
         let diagonal = (radius as f64 * std::f64::consts::FRAC_1_SQRT_2).round() as isize;
@@ -178,6 +200,7 @@ impl Plane {
         ];
         let mut brightest = vec![0u8; width];
         let mut runs: Vec<Run> = Vec::new();
+        let mut tops: Vec<Seed> = Vec::new();
         let mut spans = Vec::new();
         for y in 0..height {
             brightest.fill(0);
@@ -198,12 +221,21 @@ impl Plane {
             }
             area.spans(y + self.rows.start, &mut spans);
             for x in spans.iter().flat_map(|s| s.clone()).map(|x| x - self.columns.start) {
-                if row[x].saturating_sub(brightest[x]) >= contrast {
-                    let (y, x) = (y as u32, x as u32);
-                    match runs.last_mut() {
-                        Some(run) if run.row == y && run.end == x => run.end += 1,
-                        _ => runs.push(Run { row: y, start: x, end: x + 1, class: BRIGHTER }),
+                let height = row[x].saturating_sub(brightest[x]);
+                if height < contrast {
+                    continue;
+                }
+                let (at, y, x) = (x, y as u32, x as u32);
+                match runs.last_mut() {
+                    Some(run) if run.row == y && run.end == x => run.end += 1,
+                    _ => {
+                        runs.push(Run { row: y, start: x, end: x + 1, class: BRIGHTER });
+                        tops.push(Seed::default());
                     }
+                }
+                if let Some(top) = tops.last_mut().filter(|t| t.level < row[at]) {
+                    let place = [x as usize + self.columns.start, y as usize + self.rows.start];
+                    *top = Seed { place, level: row[at], contrast: height };
                 }
             }
             if runs.len() > MAX_RUNS {
@@ -211,17 +243,14 @@ impl Plane {
             }
         }
         let (labels, count) = label(&runs);
-        let mut seeds = vec![(0u8, [0usize; 2]); count];
-        for (run, label) in runs.iter().zip(labels) {
-            for x in run.start as usize..run.end as usize {
-                let value = self.row(run.row as usize)[x];
-                let seed = &mut seeds[label as usize];
-                if value > seed.0 {
-                    *seed = (value, [x + self.columns.start, run.row as usize + self.rows.start]);
-                }
+        let mut seeds = vec![Seed::default(); count];
+        for (top, label) in tops.into_iter().zip(labels) {
+            let seed = &mut seeds[label as usize];
+            if top.level > seed.level {
+                *seed = top;
             }
         }
-        Some(seeds.into_iter().map(|s| s.1).collect())
+        Some(seeds)
     }
 }
 

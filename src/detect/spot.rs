@@ -39,7 +39,7 @@ pub enum LaserColour {
     Red = 1,
     Green = 2,
     Blue = 3,
-    /// Infrared or a monochrome camera: all channels alike.
+    /// Infrared, or no colour to go by: the channel that shows it best, and no check of its colour.
     White = 4,
 }
 
@@ -91,7 +91,7 @@ impl Default for SpotOptions {
 }
 
 impl SpotOptions {
-    fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         let snr = self.min_signal_to_noise;
         if !(snr >= 0.0 && snr.is_finite()) {
             return Err(Error::invalid("min_signal_to_noise", format!("{snr}")));

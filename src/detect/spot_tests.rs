@@ -151,11 +151,11 @@ fn centre_reaches_the_bound_and_its_covariance_is_true() {
         (30.0, 4.0, 2.0, 0.0),
     ] {
         let camera = Camera { read, shot, ..CAMERA };
-        let background = Light::new(72, 72, |x, y| 70.0 + 0.3 * x + 0.2 * y);
+        let background = Light::new(100, 100, |x, y| 70.0 + 0.3 * x + 0.2 * y);
         let (mut results, mut usual) = (Vec::new(), 0.0);
         let trials = 600;
         for _ in 0..trials {
-            let truth = [random.uniform(30.0, 38.0), random.uniform(30.0, 38.0)];
+            let truth = [random.uniform(46.0, 54.0), random.uniform(46.0, 54.0)];
             let lit = background.with_spot(truth[0], truth[1], amplitude, sigma);
             let (on, off) = (lit.shoot(&camera, &mut random), background.shoot(&camera, &mut random));
             let spot = detect(&on, &off, &SpotOptions::default()).unwrap();
@@ -214,7 +214,7 @@ fn saturated_spots_are_unbiased_and_say_so() {
         let (rms, nees, mean) = statistics(&results);
         // The shape under the clipping is not quite Gaussian: what that shifts is far below the core's size.
         assert!(rms < 0.025 * sigma, "A {amplitude}: rms {rms}");
-        assert!(mean.iter().all(|m| m.abs() < 0.02 * sigma), "A {amplitude}: bias {mean:?}");
+        assert!(mean.iter().all(|m| m.abs() < 0.025 * sigma), "A {amplitude}: bias {mean:?}");
         assert!(nees < 1.1, "A {amplitude}: sqrt(NEES / 2) = {nees}");
     }
 }

@@ -7,7 +7,7 @@ use super::line::Ray;
 use super::rigid::{Rigid, skew};
 use crate::error::{Error, Result};
 
-/// Focal lengths, skew (K[0][1]) and principal point, in pixels; pixel (0, 0) is the centre of the
+/// Focal lengths, skew (`K[0][1]`) and principal point, in pixels; pixel (0, 0) is the centre of the
 /// top-left pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Intrinsics {
@@ -69,7 +69,7 @@ pub struct Projection {
     pub by_intrinsics: SMatrix<f64, 2, 5>,
     /// By the distortion's coefficients, in their order; the columns past their number are zero.
     pub by_distortion: SMatrix<f64, 2, MAX_COEFFICIENTS>,
-    /// By w in R <- exp([w]x) R, a small turn about the camera's own axes (centre kept).
+    /// By w in `R <- exp([w]x) R`, a small turn about the camera's own axes (centre kept).
     pub by_rotation: Matrix2x3<f64>,
     /// By the camera's centre in the world frame.
     pub by_centre: Matrix2x3<f64>,

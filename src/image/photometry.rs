@@ -10,6 +10,8 @@ const QUANTISATION: f32 = 1.0 / 12.0;
 const CLIPPED: f32 = 252.0;
 /// Neighbouring pixels taken together: their mean is quiet enough to regress on.
 const RUN: usize = 16;
+/// Neighbours whose noise may be alike.
+const LAGS: usize = 3;
 /// Most pixels of the sample: its noise is then known to 2 %.
 const MAX_SAMPLE: usize = 8192;
 /// Below this all pixels are taken.
@@ -26,7 +28,8 @@ pub struct Photometry {
     /// quantisation, then photon noise).
     pub read: f32,
     pub shot: f32,
-    /// Variance of a run's mean over what independent noise would give; above 1 for compressed video.
+    /// Variance of the mean of a few pixels over what independent noise would give; above 1 for
+    /// compressed video.
     pub correlation: f32,
     /// Standard deviation of on - predicted by off level.
     deviation: Box<[f32; 256]>,
@@ -59,9 +62,11 @@ impl Photometry {
         for level in 0..256 {
             let off = level as f32;
             let model = photometry.variance(photometry.predict(off), off);
-            // Where drift is not linear the model fails, and the measured scatter counts.
-            let measured = noise.measured[level / BIN_WIDTH];
-            photometry.deviation[level] = model.max(measured).sqrt();
+            // Where drift is not linear the model fails, and the measured scatter counts; but not when all
+            // that has this level has moved.
+            let measured = noise.measured[level / BIN_WIDTH].sqrt();
+            let most = 3.0 * model.sqrt() + 3.0;
+            photometry.deviation[level] = model.sqrt().max(measured.min(most));
         }
         photometry
     }
@@ -142,24 +147,19 @@ impl Sample {
     fn take(on: &FrameMean<'_>, off: &FrameMean<'_>, channel: Channel, area: &SearchArea) -> Self {
         let pixels = area.pixels();
         let wanted = (pixels / 4).clamp(MIN_SAMPLE, MAX_SAMPLE);
-        // Every row_step-th row, and there every run_step-th run, counted on from row to row.
+        // Every row_step-th row, and there every run_step-th run, a run farther on each time: all columns
+        // have their turn.
         let skip = pixels.div_ceil(wanted);
         let row_step = skip.isqrt().max(1);
         let run_step = skip.div_ceil(row_step);
         let mut sample = Self { on: Vec::new(), off: Vec::new(), runs: Vec::new() };
-        let (mut spans, mut counter) = (Vec::new(), 0usize);
-        for y in area.rows().skip(row_step / 2).step_by(row_step) {
+        let mut spans = Vec::new();
+        for (row, y) in area.rows().skip(row_step / 2).step_by(row_step).enumerate() {
             area.spans(y, &mut spans);
-            for span in &spans {
-                for x in span.clone().step_by(RUN) {
-                    counter += 1;
-                    if counter % run_step == 0 {
-                        sample.push(on, off, channel, x, y, RUN.min(span.end - x));
-                    }
-                }
+            let runs = spans.iter().flat_map(|s| s.clone().step_by(RUN).map(|x| (x, RUN.min(s.end - x))));
+            for (x, length) in runs.skip(row % run_step).step_by(run_step) {
+                sample.push(on, off, channel, x, y, length);
             }
-            // Else the same columns would be taken in each row of some widths.
-            counter += (y / row_step) % run_step;
         }
         sample
     }
@@ -237,7 +237,8 @@ impl Sample {
             *count += 1;
             *square += r * r;
         }
-        let bins: Vec<(f32, f32)> = cells.chunks_exact(CELLS).map(|bin| clipped_variance(bin, scale)).collect();
+        let bins: Vec<(f32, f32)> =
+            cells.chunks_exact(CELLS).map(|bin| clipped_variance(bin, scale, 4.0 * floor.sqrt())).collect();
         let total: f32 = bins.iter().map(|b| b.0).sum();
         // In a black scene the few others are not its noise but what changed.
         let enough = total >= 16.0 && total >= 0.1 * self.on.len() as f32;
@@ -281,22 +282,35 @@ impl Sample {
         Noise { base, slope, measured, correlation }
     }
 
+    /// Sum of the autocorrelation over the neighbours along a row, squared for the two directions: columns
+    /// are taken to be like rows.
     fn correlation(&self, line: &Line, base: f32, slope: f32) -> f32 {
-        let mut scores: Vec<f32> = self
-            .runs
-            .iter()
-            .filter(|r| !r.clipped && r.on + r.off > 0.0)
-            .map(|r| {
-                let score = (r.on - line.gain * r.off - line.offset).abs();
-                score * (r.length as f32 / (base + slope * r.off)).sqrt()
-            })
-            .collect();
-        if scores.len() < 32 {
-            return 1.0;
+        let mut products = [0f32; LAGS + 1];
+        let mut residuals = [0f32; RUN];
+        let mut start = 0;
+        for run in &self.runs {
+            let pixels = start..start + run.length;
+            start = pixels.end;
+            if run.clipped || run.length <= LAGS {
+                continue;
+            }
+            let residuals = &mut residuals[..run.length];
+            for ((r, on), off) in residuals.iter_mut().zip(&self.on[pixels.clone()]).zip(&self.off[pixels]) {
+                let value = on - line.gain * off - line.offset;
+                // What changed, or is not described, is not noise.
+                *r = if value * value < 9.0 * (base + slope * off) { value } else { 0.0 };
+            }
+            for (lag, product) in products.iter_mut().enumerate() {
+                let pairs: f32 = residuals.iter().zip(&residuals[lag..]).map(|(a, b)| a * b).sum();
+                *product += pairs / (run.length - lag) as f32;
+            }
         }
-        let ratio = (median(&mut scores).unwrap_or(0.0) * 1.4826).powi(2);
-        // The estimate itself scatters; only a clear excess counts.
-        (ratio / (1.0 + 4.0 / (scores.len() as f32).sqrt())).clamp(1.0, RUN as f32)
+        let [square, neighbours @ ..] = products;
+        let count = (self.on.len() as f32).max(1.0);
+        let sum = 1.0 + 2.0 * neighbours.iter().sum::<f32>() / square.max(1e-12);
+        // The estimate itself scatters by this; only a clear excess counts.
+        let scatter = 2.0 * (LAGS as f32 / count).sqrt();
+        (sum - 2.0 * scatter).clamp(1.0, 1.0 + 2.0 * LAGS as f32).powi(2)
     }
 }
 
@@ -358,8 +372,9 @@ fn reweighted_line(runs: &[&SampleRun], start: f32, run_deviation: f32) -> (f32,
 }
 
 /// Count and variance of a histogram of (count, sum of squares) of absolute values, `scale` cells a
-/// unit: clipped at three standard deviations, so that a minority of changed pixels does not matter.
-fn clipped_variance(cells: &[(u32, f32)], scale: f32) -> (f32, f32) {
+/// unit: clipped at three standard deviations, so that a minority of changed pixels does not matter, but
+/// not below `least`, as rounding makes most of silent noise vanish and the rest a whole grey level.
+fn clipped_variance(cells: &[(u32, f32)], scale: f32, least: f32) -> (f32, f32) {
     let total: u32 = cells.iter().map(|c| c.0).sum();
     if total == 0 {
         return (0.0, 0.0);
@@ -373,7 +388,7 @@ fn clipped_variance(cells: &[(u32, f32)], scale: f32) -> (f32, f32) {
     let mut deviation = 1.4826 * (middle.unwrap_or(0) as f32 + 1.0);
     let mut variance = 0.0;
     for _ in 0..4 {
-        let end = ((3.0 * deviation).ceil() as usize).clamp(3, cells.len());
+        let end = ((3.0 * deviation).max(least * scale).ceil() as usize).min(cells.len());
         let (count, square) = cells[..end].iter().fold((0, 0.0), |(n, s), c| (n + c.0, s + c.1));
         // Variance of a normal distribution cut at 3 standard deviations.
         variance = square / count.max(1) as f32 / 0.9733;
@@ -400,7 +415,7 @@ mod tests {
         let mut image = Image::new(PixelFormat::Gray8, 400, 300);
         for (i, byte) in image.data.iter_mut().enumerate() {
             let (x, y) = (i % 400, i / 400);
-            let mut level = 30.0 + 0.4 * x as f64 + 12.0 * ((y / 20) % 2) as f64;
+            let mut level = 30.0 + 0.4 * (3 * x % 400) as f64 + 12.0 * ((y / 20) % 2) as f64;
             if moved && x < 100 {
                 level = 140.0 - 0.4 * y as f64;
             }

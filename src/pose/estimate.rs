@@ -61,7 +61,7 @@ pub struct PoseEstimate {
     /// Largest difference that is left between two matched planes: of their unit normals and of their
     /// distances relative to the edges' mean distance.
     pub disagreement: f64,
-    /// Covariance of (w, t) of `b_to_a`: w the rotation vector in R <- exp([w]x) R, radians about
+    /// Covariance of (w, t) of `b_to_a`: w the rotation vector in `R <- exp([w]x) R`, radians about
     /// the axes of a's frame; t the position of b, metres. First order in those of the planes.
     pub covariance: SMatrix<f64, 6, 6>,
     /// How much better the best-determined direction is than the worst; 1 at best. It grows without

@@ -214,7 +214,7 @@ mod tests {
         for case in 0..20_000 {
             let model = random_model(&mut random, [0.0, 0.02, 0.1][case % 3]);
             // Any direction up to 75 degrees of elevation, far enough out for every laser and offset.
-            let azimuth = random.between(-3.14, 3.14);
+            let azimuth = random.between(-3.0, 3.0);
             let elevation = random.between(-1.3, 1.3);
             let (sin, cos) = elevation.sin_cos();
             let distance = 0.7 / cos * (random.between(0.0, 1.0) * 5.0f64).exp();

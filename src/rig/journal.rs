@@ -135,13 +135,12 @@ impl Journal {
         }
         self.check_header(&start[..length], identity)?;
         let (mut shots, mut seen) = (Vec::new(), vec![false; positions]);
-        let (mut damaged, mut cut_bytes, mut end) = (0, 0, HEADER_SIZE as u64);
+        let (mut damaged, mut end) = (0, HEADER_SIZE as u64);
         let mut record = vec![0; size];
-        loop {
+        let cut_bytes = loop {
             let length = read_up_to(&mut reader, &mut record).map_err(|e| self.io(&e))?;
             if length < size {
-                cut_bytes = length as u64;
-                break;
+                break length as u64;
             }
             end += size as u64;
             match decode(&record).filter(|shot| (shot.index as usize) < positions) {
@@ -149,7 +148,7 @@ impl Journal {
                 Some(shot) if !std::mem::replace(&mut seen[shot.index as usize], true) => shots.push(shot),
                 _ => damaged += 1,
             }
-        }
+        };
         self.rewind_to(end)?;
         let repair = (damaged > 0 || cut_bytes > 0).then_some(JournalRepair { kept: shots.len(), damaged, cut_bytes });
         Ok((shots, repair))

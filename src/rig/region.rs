@@ -68,10 +68,11 @@ impl ScanRegion {
     /// when `one_sided`: a head with backlash is then approached from one side without an extra
     /// move at each position.
     pub fn path(&self, coarse_shots: u32, one_sided: bool) -> (Vec<u32>, usize) {
-        let ratio = self.len() as f64 / f64::from(coarse_shots.max(1));
-        let every = (ratio.sqrt().floor() as u32).max(1);
+        let ratio = (self.len() as f64 / f64::from(coarse_shots.max(1))).max(1.0);
         // A stride never passes over a whole side.
-        let (pan_every, tilt_every) = (every.min(self.pan_steps), every.min(self.tilt_steps));
+        let pan_every = (ratio.sqrt().round() as u32).min(self.pan_steps);
+        let tilt_every = ((ratio / f64::from(pan_every)).round() as u32).clamp(1, self.tilt_steps);
+        let pan_every = ((ratio / f64::from(tilt_every)).round() as u32).clamp(1, self.pan_steps);
         let is_coarse = |index: u32| {
             (index % self.pan_steps) % pan_every == pan_every / 2
                 && (index / self.pan_steps) % tilt_every == tilt_every / 2

@@ -17,6 +17,7 @@ use super::{Rig, RigModel};
 use crate::calibrate::{CalibrationOptions, calibrate_camera};
 use crate::control::{Cancel, LogLevel};
 use crate::detect::spot::{Band, SpotOptions, detect_spot};
+use crate::device::PtzCapabilities;
 use crate::error::{Error, Result};
 
 /// How a region is scanned.
@@ -58,6 +59,9 @@ impl Default for ScanOptions {
     }
 }
 
+/// A calibration is not tried again with fewer than twice as many shots.
+const MIN_CALIBRATION_SHOTS: usize = 8;
+
 /// Most fixed cameras of one scan.
 pub const MAX_FIXED_CAMERAS: usize = 64;
 
@@ -72,6 +76,7 @@ impl ScanOptions {
         if !(0.0..=10.0).contains(&self.laser_latency) {
             return Err(Error::invalid("laser_latency", format!("{} s is not in [0, 10]", self.laser_latency)));
         }
+        self.spot.check()?;
         self.gate.validate()
     }
 }
@@ -147,13 +152,15 @@ pub fn scan_region(
         shots,
         end: ScanEnd::Complete,
         repair,
-        coarse_calibrations: vec![None; fixed.len()],
+        search_calibrations: vec![None; fixed.len()],
     };
     let gates = fixed.iter().map(|c| c.known.map_or(Gate::Unknown, Gate::Known)).collect();
     let exposures = Exposures::new(1 + fixed.len(), options.frames_per_state as usize);
     let start = rig.clock.now();
     let halt = Halt(rig);
-    let mut scanner = Scanner { rig: &mut *halt.0, fixed, options, head_band, gates, exposures, journal, scan, start };
+    let tried_with = vec![0; fixed.len()];
+    let mut scanner =
+        Scanner { rig: &mut *halt.0, fixed, options, head_band, gates, exposures, journal, scan, tried_with, start };
     let end = match scanner.run(&order, coarse, progress) {
         Ok(ControlFlow::Continue(())) => ScanEnd::Complete,
         Ok(ControlFlow::Break(())) => ScanEnd::Stopped,
@@ -188,6 +195,8 @@ struct Scanner<'a> {
     exposures: Exposures,
     journal: Option<Journal>,
     scan: Scan,
+    /// Shots with which each fixed camera could not be calibrated.
+    tried_with: Vec<usize>,
     start: f64,
 }
 
@@ -200,24 +209,28 @@ impl Scanner<'_> {
     ) -> Result<ControlFlow<()>> {
         let mut done = vec![false; order.len()];
         self.scan.shots.iter().for_each(|shot| done[shot.index as usize] = true);
-        let mut phase = Phase::Coarse;
-        if self.report(phase, order.len(), false, progress).is_break() {
+        if self.report(Phase::Coarse, order.len(), false, progress).is_break() {
             return Ok(ControlFlow::Break(()));
         }
-        for (i, &index) in order.iter().enumerate() {
-            if i == coarse {
-                phase = Phase::Fine;
-                self.calibrate_fixed_cameras(&order[..coarse])?;
+        let (coarse, fine) = order.split_at(coarse);
+        for (phase, part) in [(Phase::Coarse, coarse), (Phase::Fine, fine)] {
+            for &index in part {
+                if done[index as usize] {
+                    continue;
+                }
+                let shot = self.take(index)?;
+                let written = self.journal.as_mut().map_or(Ok(()), |journal| journal.append(&shot));
+                self.scan.shots.push(shot);
+                written?;
+                if self.report(phase, order.len(), true, progress).is_break() {
+                    return Ok(ControlFlow::Break(()));
+                }
+                if phase == Phase::Fine {
+                    self.calibrate_latecomers()?;
+                }
             }
-            if done[index as usize] {
-                continue;
-            }
-            let shot = self.take(index)?;
-            let written = self.journal.as_mut().map_or(Ok(()), |journal| journal.append(&shot));
-            self.scan.shots.push(shot);
-            written?;
-            if self.report(phase, order.len(), true, progress).is_break() {
-                return Ok(ControlFlow::Break(()));
+            if phase == Phase::Coarse {
+                self.calibrate_with_coarse(coarse)?;
             }
         }
         Ok(ControlFlow::Continue(()))
@@ -265,6 +278,7 @@ impl Scanner<'_> {
 
     fn try_shot(&mut self, index: u32) -> Result<Shot> {
         let (pan, tilt) = self.scan.region.position(index);
+        let (pan, tilt) = whole_steps(&self.rig.capabilities, pan, tilt);
         let position = self.rig.move_to(pan, tilt, &self.options.cancel)?;
         if self.scan.shots.first().is_some_and(|first| (first.zoom - position.zoom).abs() > 1e-3) {
             return Err(Error::Device { reason: "the zoom has changed: the rig's model does not hold".into() });
@@ -331,49 +345,77 @@ impl Scanner<'_> {
         }
     }
 
-    /// Calibrates the cameras that are not known with the coarse shots, to know where to look, and
-    /// marks the coarse spots that contradict it. A camera whose coarse shots do not suffice is
-    /// searched over its whole frames.
-    fn calibrate_fixed_cameras(&mut self, coarse: &[u32]) -> Result<()> {
+    /// Calibrates the cameras that are not known, to know where to look, and marks the coarse spots
+    /// that contradict it. A camera whose coarse shots do not suffice is searched over its whole
+    /// frames until more have come.
+    fn calibrate_with_coarse(&mut self, coarse: &[u32]) -> Result<()> {
         let mut is_coarse = vec![false; self.scan.region.len()];
         coarse.iter().for_each(|index| is_coarse[*index as usize] = true);
-        // In the order of positions, so that a resumed scan gets the same calibration.
-        let mut shots: Vec<&Shot> = self.scan.shots.iter().filter(|s| is_coarse[s.index as usize]).collect();
-        shots.sort_by_key(|shot| shot.index);
-        for (i, camera) in self.fixed.iter().enumerate().filter(|(_, c)| c.known.is_none()) {
-            let options = CalibrationOptions {
-                distortion: camera.distortion,
-                cancel: self.options.cancel.clone(),
-                ..CalibrationOptions::default()
-            };
-            let set = correspondences(shots.iter().copied(), i, camera.width, camera.height)?;
-            match calibrate_camera(&set, &options) {
-                Ok(calibration) => {
-                    self.rig.log.write(LogLevel::Info, || {
-                        let used = calibration.inliers.iter().filter(|inlier| **inlier).count();
-                        format!("fixed camera {i}: calibrated from {used} of {} coarse shots", set.len())
-                    });
-                    self.scan.coarse_calibrations[i] = Some(calibration.clone());
-                    self.gates[i] = Gate::Calibrated(Box::new(calibration));
-                }
-                Err(Error::Cancelled) => return Err(Error::Cancelled),
-                Err(error) => self.rig.log.write(LogLevel::Warning, || {
-                    format!(
-                        "fixed camera {i}: whole frames are searched on, {} coarse shots do not calibrate it: {error}",
-                        set.len()
-                    )
-                }),
-            }
+        for camera in 0..self.fixed.len() {
+            self.calibrate(camera, |shot| is_coarse[shot.index as usize])?;
+            self.mark(camera);
         }
-        for shot in self.scan.shots.iter_mut().filter(|s| is_coarse[s.index as usize]) {
-            let Some(depth) = shot.point else { continue };
-            for (sighting, gate) in shot.fixed.iter_mut().zip(&self.gates) {
-                if sighting.is_ok_and(|spot| !gate.accepts(&spot, &depth.point, &self.options.gate)) {
-                    *sighting = Err(Miss::OffPrediction);
-                }
+        Ok(())
+    }
+
+    /// Tries cameras again that could not be calibrated, whenever they have twice as many spots.
+    fn calibrate_latecomers(&mut self) -> Result<()> {
+        for camera in 0..self.fixed.len() {
+            let usable = |shot: &&Shot| shot.point.is_some() && shot.fixed[camera].is_ok();
+            if matches!(self.gates[camera], Gate::Unknown)
+                && self.scan.shots.iter().filter(usable).count()
+                    >= 2 * self.tried_with[camera].max(MIN_CALIBRATION_SHOTS)
+            {
+                self.calibrate(camera, |_| true)?;
+                self.mark(camera);
             }
         }
         Ok(())
+    }
+
+    fn calibrate(&mut self, camera: usize, wanted: impl Fn(&Shot) -> bool) -> Result<()> {
+        if !matches!(self.gates[camera], Gate::Unknown) {
+            return Ok(());
+        }
+        // In the order of positions, so that a resumed scan gets the same calibration.
+        let mut shots: Vec<&Shot> = self.scan.shots.iter().filter(|shot| wanted(shot)).collect();
+        shots.sort_by_key(|shot| shot.index);
+        let FixedCamera { width, height, distortion, .. } = self.fixed[camera];
+        let set = correspondences(shots.into_iter(), camera, width, height)?;
+        self.tried_with[camera] = set.len();
+        let options =
+            CalibrationOptions { distortion, cancel: self.options.cancel.clone(), ..CalibrationOptions::default() };
+        match calibrate_camera(&set, &options) {
+            Ok(calibration) => {
+                self.rig.log.write(LogLevel::Info, || {
+                    let used = calibration.inliers.iter().filter(|inlier| **inlier).count();
+                    format!(
+                        "fixed camera {camera}: calibrated from {used} of {} shots, to know where to look",
+                        set.len()
+                    )
+                });
+                self.scan.search_calibrations[camera] = Some(calibration.clone());
+                self.gates[camera] = Gate::Calibrated(Box::new(calibration));
+            }
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            Err(error) => self.rig.log.write(LogLevel::Warning, || {
+                format!(
+                    "fixed camera {camera}: whole frames are searched on; {} shots do not calibrate it: {error}",
+                    set.len()
+                )
+            }),
+        }
+        Ok(())
+    }
+
+    /// Marks the spots of a camera that contradict what is known of it now.
+    fn mark(&mut self, camera: usize) {
+        for shot in &mut self.scan.shots {
+            let (Some(depth), Ok(spot)) = (shot.point, shot.fixed[camera]) else { continue };
+            if !self.gates[camera].accepts(&spot, &depth.point, &self.options.gate) {
+                shot.fixed[camera] = Err(Miss::OffPrediction);
+            }
+        }
     }
 }
 
@@ -415,4 +457,17 @@ fn identity(region: &ScanRegion, model: &RigModel, options: &ScanOptions, fixed:
             .finish(),
         options: settings.finish(),
     }
+}
+
+/// The nearest position on whole encoder steps: between two steps the reading is a toss-up, and off by
+/// a step where it lands on the wrong one; on a step it is exact (maths.md section 6).
+fn whole_steps(capabilities: &PtzCapabilities, pan: f64, tilt: f64) -> (f64, f64) {
+    let snap = |angle: f64, step: f64, [low, high]: [f64; 2]| {
+        let snapped = if step > 0.0 { (angle / step).round() * step } else { angle };
+        if (low..=high).contains(&snapped) { snapped } else { angle }
+    };
+    (
+        snap(pan, capabilities.pan_step, capabilities.pan_range),
+        snap(tilt, capabilities.tilt_step, capabilities.tilt_range),
+    )
 }

@@ -136,9 +136,10 @@ pub struct Scan {
     pub resumed: usize,
     /// What had to be mended in the journal.
     pub repair: Option<JournalRepair>,
-    /// Calibrations made from the coarse pass, to know where to look; `None` for known cameras and
-    /// where the coarse shots did not suffice.
-    pub coarse_calibrations: Vec<Option<Calibration>>,
+    /// Calibrations made on the way to know where to look, from the coarse pass; `None` for known
+    /// cameras and where the shots did not suffice. [`correspondences`](Self::correspondences) of the
+    /// whole scan give a better one.
+    pub search_calibrations: Vec<Option<Calibration>>,
 }
 
 impl Scan {

@@ -18,6 +18,10 @@ static ptzcal_spot fixture_spot[1];
 static ptzcal_calibration_summary fixture_calibration_summary[1];
 
 static ptzcal_pose fixture_pose[1];
+static ptzcal_ptz fixture_ptz[1];
+static ptzcal_region fixture_region[1];
+static ptzcal_shot fixture_shot[1];
+static ptzcal_scan_summary fixture_scan_summary[1];
 
 static ptzcal_error *fixture_error;
 static ptzcal_cancel *fixture_cancel;
@@ -28,6 +32,11 @@ static ptzcal_calibration *fixture_calibration;
 static ptzcal_roof_edges *fixture_roof_edges;
 static ptzcal_pose_options *fixture_pose_options;
 static ptzcal_pose_estimate *fixture_pose_estimate;
+static ptzcal_simulator *fixture_simulator;
+static ptzcal_rig_options *fixture_rig_options;
+static ptzcal_rig *fixture_rig;
+static ptzcal_scan_options *fixture_scan_options;
+static ptzcal_scan *fixture_scan;
 
 static unsigned char fixture_pixels[16 * 12];
 static double fixture_xyz[FIXTURE_POINTS * 3];
@@ -111,6 +120,71 @@ static inline void make_corner(ptzcal_roof_edges **edges, double x)
   for (i = 0; i < 3; i++) CHECK_OK(ptzcal_roof_edges_add_edge(*edges, planes[i], planes[(i + 1) % 3], NULL));
 }
 
+/* A host's devices that do nothing, well. */
+static inline int32_t fixture_ptz_move_fn(void *user, double pan, double tilt)
+{
+  (void)user, (void)pan, (void)tilt;
+  return PTZCAL_STATUS_OK;
+}
+
+static inline int32_t fixture_ptz_position_fn(void *user, double *pan, double *tilt, double *zoom)
+{
+  (void)user;
+  *pan = *tilt = *zoom = 0.0;
+  return PTZCAL_STATUS_OK;
+}
+
+static inline int32_t fixture_ptz_stop_fn(void *user)
+{
+  (void)user;
+  return PTZCAL_STATUS_OK;
+}
+
+static inline int32_t fixture_laser_fn(void *user, int32_t on)
+{
+  (void)user, (void)on;
+  return PTZCAL_STATUS_OK;
+}
+
+static inline int32_t fixture_frame_fn(void *user, double not_before, double timeout, ptzcal_image *image, double *timestamp)
+{
+  (void)user, (void)not_before, (void)timeout, (void)image, (void)timestamp;
+  return PTZCAL_STATUS_DEVICE_TIMEOUT;
+}
+
+static inline double fixture_clock_now_fn(void *user)
+{
+  (void)user;
+  return 0.0;
+}
+
+static inline void fixture_clock_sleep_fn(void *user, double seconds)
+{
+  (void)user, (void)seconds;
+}
+
+static inline void fixture_log_fn(void *user, int32_t level, const char *message)
+{
+  (void)user, (void)level, (void)message;
+}
+
+/* Stops at once. */
+static inline int32_t fixture_progress_fn(void *user, const ptzcal_progress *progress)
+{
+  (void)user, (void)progress;
+  return 1;
+}
+
+static inline void make_ptz(ptzcal_ptz *ptz)
+{
+  CHECK_OK(ptzcal_ptz_init(ptz, sizeof *ptz));
+  ptz->pan_min = ptz->tilt_min = -1.0;
+  ptz->pan_max = ptz->tilt_max = 1.0;
+  ptz->move_absolute = fixture_ptz_move_fn;
+  ptz->position = fixture_ptz_position_fn;
+  ptz->stop = fixture_ptz_stop_fn;
+}
+
 static inline void make_fixtures(void)
 {
   make_camera(fixture_camera);
@@ -131,10 +205,26 @@ static inline void make_fixtures(void)
   CHECK_OK(ptzcal_pose_options_new(&fixture_pose_options, NULL));
   make_corner(&fixture_roof_edges, 0.0);
   CHECK_OK(ptzcal_estimate_pose_roof_edges(fixture_roof_edges, fixture_roof_edges, NULL, &fixture_pose_estimate, NULL));
+  make_ptz(fixture_ptz);
+  CHECK_OK(ptzcal_simulator_new("sim:room", &fixture_simulator, NULL));
+  CHECK_OK(ptzcal_rig_options_new(&fixture_rig_options, NULL));
+  CHECK_OK(ptzcal_rig_options_set_address(fixture_rig_options, "sim:room", NULL));
+  CHECK_OK(ptzcal_rig_options_set_settle(fixture_rig_options, 2, 0.1, 0.0, 30.0, 0.0, NULL));
+  CHECK_OK(ptzcal_rig_open(fixture_rig_options, &fixture_rig, NULL));
+  CHECK_OK(ptzcal_region_init(fixture_region, sizeof *fixture_region));
+  CHECK_OK(ptzcal_shot_init(fixture_shot, sizeof *fixture_shot));
+  CHECK_OK(ptzcal_scan_summary_init(fixture_scan_summary, sizeof *fixture_scan_summary));
+  CHECK_OK(ptzcal_scan_options_new(&fixture_scan_options, NULL));
+  CHECK_OK(ptzcal_rig_scan_region(fixture_rig, fixture_region, NULL, NULL, NULL, &fixture_scan, NULL));
 }
 
 static inline void free_fixtures(void)
 {
+  ptzcal_scan_free(fixture_scan);
+  ptzcal_scan_options_free(fixture_scan_options);
+  CHECK_OK(ptzcal_rig_close(fixture_rig, NULL));
+  ptzcal_rig_options_free(fixture_rig_options);
+  ptzcal_simulator_free(fixture_simulator);
   ptzcal_pose_estimate_free(fixture_pose_estimate);
   ptzcal_roof_edges_free(fixture_roof_edges);
   ptzcal_pose_options_free(fixture_pose_options);

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 19] = [
+const TOPICS: [&str; 24] = [
     "version",
     "status",
     "error",
@@ -21,12 +21,17 @@ const TOPICS: [&str; 19] = [
     "rig_model",
     "detect",
     "correspondences",
+    "calibration_options",
     "calibrate",
+    "roof_edges",
     "pose",
     "devices",
     "simulator",
+    "rig_options",
     "rig",
+    "scan_options",
     "scan",
+    "file",
 ];
 
 /// What stands before the first chapter: conventions and rules that hold for all of them.

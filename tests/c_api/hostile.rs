@@ -22,9 +22,13 @@ fn good(found: &Declarations, f: &Function, p: &Param) -> String {
         "size_t" if p.name == "size" => format!("sizeof({})", f.params[0].kind.trim_end_matches(" *")),
         "size_t" => "4".into(),
         "const double *" => "numbers".into(),
-        "double *" | "uint8_t *" | "uint32_t *" | "size_t *" => "(void *)output".into(),
+        "double *" | "uint8_t *" | "uint32_t *" | "int32_t *" | "size_t *" => "(void *)output".into(),
         "const ptzcal_image *const *" => "fixture_images".into(),
-        "const char *" => "\"text\"".into(),
+        "const char *" if p.name == "path" => "\"file\"".into(),
+        "const char *" if f.name.contains("camera") => "\"sim:fixed/0\"".into(),
+        "const char *" => "\"sim:room\"".into(),
+        "void *" => "NULL".into(),
+        kind if kind.ends_with("_fn") => fixture(kind),
         kind => match (kind.strip_suffix(" **"), kind.strip_suffix(" *")) {
             (Some(handle), _) if found.handles.iter().any(|h| h == handle) => format!("&made_{}", &handle[7..]),
             (_, Some(kind)) => fixture(kind),
@@ -55,14 +59,19 @@ fn attempt(found: &Declarations, f: &Function, at: usize, bad: &str, wanted: &[&
 /// All attempts on one function.
 fn attempts(found: &Declarations, f: &Function) -> String {
     let mut out = String::new();
-    for (at, p) in f.params.iter().enumerate() {
+    // What ends a handle is tried with NULL in its place only.
+    let params = if f.name.ends_with("_close") { &f.params[..1] } else { &f.params[..] };
+    for (at, p) in params.iter().enumerate() {
         let mut try_it = |bad: &str, wanted: &[&str]| out += &attempt(found, f, at, bad, wanted);
         let is_struct = found.structs.iter().any(|s| p.kind.trim_start_matches("const ") == format!("{} *", s.name));
-        if p.kind.ends_with('*') && p.may_be_null {
-            // A handle that is freed for good cannot be tried.
+        if p.may_be_null {
             try_it("NULL", &[]);
-        } else if p.kind.ends_with('*') {
+        } else if (p.kind.ends_with('*') && p.kind != "void *") || p.kind.ends_with("_fn") {
             try_it("NULL", &["NULL_POINTER"]);
+        }
+        if p.kind == "const char *" {
+            try_it("long_string", &["INVALID_ARGUMENT"]);
+            try_it("\"\\xff\"", &["INVALID_ARGUMENT"]);
         }
         if p.kind == "double" {
             try_it("NAN", &["NOT_FINITE"]);
@@ -99,6 +108,7 @@ fn program() -> String {
 static double numbers[64], nan_first[64], infinite_first[64];
 static double output[64];
 static uint32_t garbage[256];
+static char long_string[PTZCAL_MAX_STRING + 2];
 
 /* A struct whose struct_size is impossible. */
 static void *sized(uint32_t size) { taint(garbage, sizeof garbage); garbage[0] = size; return garbage; }
@@ -134,7 +144,13 @@ static void after(const char *about, ptzcal_status status, int as_wanted)
     }
     code += "  }\n";
     for h in &found.handles {
-        writeln!(code, "  {h}_free(made_{});", &h[7..]).unwrap();
+        let ends = found.functions.iter().any(|f| f.name == format!("{h}_close"));
+        let end = if ends {
+            format!("(void){h}_close(made_{}, NULL)", &h[7..])
+        } else {
+            format!("{h}_free(made_{})", &h[7..])
+        };
+        writeln!(code, "  {end};").unwrap();
     }
     code += r#"}
 
@@ -142,6 +158,7 @@ int main(void)
 {
   size_t i;
   for (i = 0; i < 64; i++) numbers[i] = nan_first[i] = infinite_first[i] = 1.0 + (double)i;
+  memset(long_string, 'x', sizeof long_string - 1);
   nan_first[0] = NAN;
   infinite_first[0] = -INFINITY;
   make_fixtures();

@@ -6,6 +6,7 @@
 
 mod abi_diff;
 mod declarations;
+mod examples;
 mod exports;
 mod header;
 mod hostile;

@@ -43,16 +43,18 @@ pub fn call(program: &Path, wrapper: &[&str]) {
     if !wrapper.is_empty() {
         command.arg(program);
     }
-    run(command.arg(library().shared()).arg(program.parent().unwrap()));
+    let folder = program.parent().unwrap();
+    run(command.arg(library().shared()).arg(folder).current_dir(folder));
 }
 
-pub const VALGRIND: [&str; 6] = [
+pub const VALGRIND: [&str; 7] = [
     "valgrind",
     "--quiet",
     "--error-exitcode=99",
     "--leak-check=full",
     "--errors-for-leak-kinds=definite,indirect,possible",
     "--child-silent-after-fork=yes",
+    concat!("--suppressions=", env!("CARGO_MANIFEST_DIR"), "/tests/c_api/valgrind.supp"),
 ];
 
 pub const SANITIZERS: [&str; 3] =

@@ -2,3 +2,4 @@ mod faults;
 mod laser;
 mod moving;
 mod scan;
+mod simulated;

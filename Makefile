@@ -1,0 +1,92 @@
+# What people do with ptzcal; cargo does the work. `make` alone lists the targets.
+
+CARGO ?= cargo
+PYTHON ?= python3
+PREFIX ?= /usr/local
+LIBDIR ?= $(PREFIX)/lib
+INCLUDEDIR ?= $(PREFIX)/include
+DESTDIR ?=
+
+VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
+ABI := $(shell sed -n 's/^\#define PTZCAL_ABI_VERSION //p' include/ptzcal.h)
+TARGET := $(or $(CARGO_TARGET_DIR),target)
+# What a program that links libptzcal.a needs besides (rustc --print native-static-libs).
+SYSTEM_LIBS := -lgcc_s -lutil -lrt -lpthread -lm -ldl
+
+.PHONY: help demo test accuracy bench install installcheck header lint release-abi need-cargo need-cc
+
+help:
+	@echo "make demo       scans a simulated room and calibrates cameras; results in target/demo"
+	@echo "make test       runs all tests"
+	@echo "make accuracy   measures accuracy against bounds and truth; target/accuracy.json"
+	@echo "make bench      measures speed"
+	@echo "make install    installs library, header and ptzcal.pc (PREFIX=$(PREFIX), DESTDIR=)"
+	@echo "make header     writes include/ptzcal.h anew from src/capi"
+	@echo "make lint       formatting and clippy"
+
+need-cargo:
+	@command -v $(CARGO) >/dev/null || { echo "cargo is missing: install Rust from https://rustup.rs"; exit 1; }
+
+need-cc: need-cargo
+	@command -v $${CC:-cc} >/dev/null || { echo "a C compiler is missing: install gcc or clang, or set CC"; exit 1; }
+	@command -v $${CXX:-c++} >/dev/null || { echo "a C++ compiler is missing: install g++ or clang, or set CXX"; exit 1; }
+
+demo: need-cargo
+	$(CARGO) run --release --example demo
+
+test: need-cc
+	$(CARGO) test
+	@if [ ! -d bindings/python/tests ]; then :; \
+	elif command -v $(PYTHON) >/dev/null; then \
+	  PTZCAL_LIBRARY="$(abspath $(TARGET))/debug/deps/libptzcal.so" PYTHONPATH=bindings/python \
+	    $(PYTHON) -m unittest discover -s bindings/python/tests; \
+	else echo "SKIPPED the Python tests: $(PYTHON) is not installed"; fi
+
+accuracy: need-cargo
+	$(CARGO) run --release --example accuracy
+
+bench: need-cargo
+	$(CARGO) bench
+
+header: need-cargo
+	PTZCAL_UPDATE_HEADER=1 $(CARGO) test --quiet --test c_api the_header_is_what_the_sources_make
+
+# At a release only: from then on this is the ABI that must be kept.
+release-abi: need-cargo
+	cp include/ptzcal.h tests/abi/released.h
+
+lint: need-cargo
+	@if $(CARGO) fmt --version >/dev/null 2>&1; then $(CARGO) fmt --check; \
+	else echo "SKIPPED formatting: rustfmt is not installed (rustup component add rustfmt)"; fi
+	@if $(CARGO) clippy --version >/dev/null 2>&1; then $(CARGO) clippy --all-targets -- -D warnings; \
+	else echo "SKIPPED clippy: it is not installed (rustup component add clippy)"; fi
+
+# The archive is built without link-time optimisation, so that any linker takes it.
+install: need-cargo
+	$(CARGO) build --release --lib
+	CARGO_PROFILE_RELEASE_LTO=off $(CARGO) rustc --release --lib --crate-type staticlib --target-dir $(TARGET)/archive
+	install -d $(DESTDIR)$(LIBDIR)/pkgconfig $(DESTDIR)$(INCLUDEDIR)
+	install -m 755 $(TARGET)/release/libptzcal.so $(DESTDIR)$(LIBDIR)/libptzcal.so.$(ABI).$(VERSION)
+	ln -sf libptzcal.so.$(ABI).$(VERSION) $(DESTDIR)$(LIBDIR)/libptzcal.so.$(ABI)
+	ln -sf libptzcal.so.$(ABI) $(DESTDIR)$(LIBDIR)/libptzcal.so
+	install -m 644 $(TARGET)/archive/release/libptzcal.a $(DESTDIR)$(LIBDIR)/libptzcal.a
+	install -m 644 include/ptzcal.h $(DESTDIR)$(INCLUDEDIR)/ptzcal.h
+	@printf '%s\n' 'prefix=$(PREFIX)' 'libdir=$(LIBDIR)' 'includedir=$(INCLUDEDIR)' '' \
+	  'Name: ptzcal' \
+	  'Description: Calibrates surveillance cameras with a pan-tilt-zoom camera and a laser pointer' \
+	  'Version: $(VERSION)' \
+	  'Cflags: -I$${includedir}' 'Libs: -L$${libdir} -lptzcal' 'Libs.private: $(SYSTEM_LIBS)' \
+	  > $(DESTDIR)$(LIBDIR)/pkgconfig/ptzcal.pc
+	@echo "installed libptzcal.so.$(ABI).$(VERSION) in $(DESTDIR)$(LIBDIR)"
+
+# Installs into a scratch folder and builds a C program against it, as its users do.
+installcheck: need-cc
+	rm -rf $(TARGET)/installcheck
+	$(MAKE) --no-print-directory install PREFIX=$(abspath $(TARGET))/installcheck DESTDIR=
+	@command -v pkg-config >/dev/null || { echo "SKIPPED building against ptzcal.pc: pkg-config is not installed"; exit 0; }; \
+	set -e; cd $(TARGET)/installcheck; export PKG_CONFIG_PATH=$$PWD/lib/pkgconfig; \
+	$${CC:-cc} -I$(CURDIR)/tests/c $(CURDIR)/tests/c/versions.c $$(pkg-config --cflags --libs ptzcal) -o shared; \
+	LD_LIBRARY_PATH=$$PWD/lib ./shared; \
+	$${CC:-cc} -I$(CURDIR)/tests/c $(CURDIR)/tests/c/versions.c $$(pkg-config --cflags ptzcal) lib/libptzcal.a $(SYSTEM_LIBS) -o archive; \
+	./archive; \
+	echo "installcheck: a C program runs against the installed library, shared and archive"

@@ -1,0 +1,130 @@
+//! The whole way in the simulator: a scan, and the fixed cameras calibrated from it.
+
+use std::ops::ControlFlow::Continue;
+use std::time::Instant;
+
+use crate::calibrate::{CalibrationOptions, DistortionModel, calibrate_camera};
+use crate::control::{Log, LogLevel};
+use crate::error::Result;
+use crate::rig::*;
+use crate::sim::{SimOptions, Simulator, SpotTruth};
+
+fn rig(simulator: &Simulator, options: RigOptions) -> Rig {
+    let parts = RigParts {
+        model: simulator.nominal_rig(),
+        ptz: Box::new(simulator.ptz()),
+        laser: Box::new(simulator.laser()),
+        frames: Box::new(simulator.head_frames()),
+        clock: simulator.clock(),
+        log: Log::to(|level, message| {
+            if level != LogLevel::Debug {
+                println!("{level:?}: {message}");
+            }
+        }),
+    };
+    Rig::open(parts, options).unwrap()
+}
+
+fn fixed(simulator: &Simulator) -> Vec<FixedCamera> {
+    let camera = |(i, camera): (usize, &crate::geometry::Camera)| FixedCamera {
+        distortion: DistortionModel::Radial2,
+        ..FixedCamera::new(Box::new(simulator.fixed_frames(i).unwrap()), camera.width, camera.height)
+    };
+    simulator.truth().fixed.iter().enumerate().map(camera).collect()
+}
+
+/// The thesis's region: pan -29 to 25, tilt -21 to 19 degrees.
+fn region(pan_steps: u32, tilt_steps: u32) -> ScanRegion {
+    ScanRegion {
+        pan: [-29.0, 25.0].map(f64::to_radians),
+        tilt: [-21.0, 19.0].map(f64::to_radians),
+        pan_steps,
+        tilt_steps,
+    }
+}
+
+/// Spots found by each camera, the head's first, and those more than 1.5 px from the truth.
+fn compare(scan: &Scan, truths: &[SpotTruth]) -> Vec<(usize, usize)> {
+    let mut sums = vec![(0, 0); 1 + scan.fixed_sizes.len()];
+    for (shot, truth) in scan.shots.iter().zip(truths) {
+        let seen = std::iter::once((&shot.head, &truth.head)).chain(shot.fixed.iter().zip(&truth.fixed));
+        for ((camera, (sighting, pixel)), sum) in seen.enumerate().zip(&mut sums) {
+            let Ok(spot) = sighting else { continue };
+            sum.0 += 1;
+            let off = pixel.map_or(f64::INFINITY, |p| (p.x - spot.x).hypot(p.y - spot.y));
+            if off > 1.5 {
+                println!("camera {camera}, shot {}: {off:.1} px off, {spot:?}", shot.index);
+                sum.1 += 1;
+            }
+        }
+    }
+    sums
+}
+
+/// Error of a calibrated camera's centre, metres, and relative error of its focal length.
+#[derive(Debug)]
+struct CameraError {
+    centre: f64,
+    focal: f64,
+}
+
+/// Scans and calibrates the fixed cameras.
+fn run(address: &str, region: &ScanRegion) -> (Scan, Vec<Result<CameraError>>) {
+    let simulator = Simulator::new(SimOptions::parse(address).unwrap()).unwrap();
+    let mut rig = rig(&simulator, RigOptions::default());
+    let start = Instant::now();
+    let options = ScanOptions::default();
+    let mut truths = Vec::new();
+    let scan = scan_region(&mut rig, region, &options, &mut fixed(&simulator), &mut |p| {
+        // The head still stands there.
+        truths.extend(p.shot.map(|_| simulator.spot_truth()));
+        Continue(())
+    })
+    .unwrap();
+    println!(
+        "{address}: {} shots in {:.1} s ({:.0} s of the rig's time), {:?}, {:?}",
+        scan.shots.len(),
+        start.elapsed().as_secs_f64(),
+        simulator.clock().now(),
+        scan.counts(),
+        scan.end,
+    );
+    for (i, (found, wrong)) in compare(&scan, &truths).into_iter().enumerate() {
+        println!("camera {i}: {found} spots, {wrong} wrong");
+        // A person who walks on between shot and truth makes one differ.
+        assert!(wrong <= 1 + found / 50, "camera {i}: {wrong} of {found} spots are wrong");
+    }
+    let errors = simulator
+        .truth()
+        .fixed
+        .iter()
+        .enumerate()
+        .map(|(i, truth)| {
+            let options = CalibrationOptions { distortion: DistortionModel::Radial2, ..CalibrationOptions::default() };
+            let c = calibrate_camera(&scan.correspondences(i)?, &options)?;
+            let centre = (c.camera.centre() - truth.centre()).norm();
+            let focal = (c.camera.intrinsics.fx / truth.intrinsics.fx - 1.0).abs();
+            println!("fixed camera {i}: centre off by {:.2} mm, focal length by {:.3} %", centre * 1e3, focal * 100.0);
+            Ok(CameraError { centre, focal })
+        })
+        .collect();
+    (scan, errors)
+}
+
+#[test]
+fn a_small_scan_calibrates_the_simulated_cameras() {
+    let (scan, errors) = run("sim:room", &region(14, 11));
+    assert!(scan.is_complete() && scan.counts().head > 120, "{:?}", scan.counts());
+    let [near, far] = <[_; 2]>::try_from(errors).unwrap().map(std::result::Result::unwrap);
+    assert!(near.centre < 3e-3 && near.focal < 0.003, "{near:?}");
+    assert!(far.centre < 20e-3 && far.focal < 0.01, "{far:?}");
+}
+
+#[test]
+fn lies_people_and_drift_do_not_spoil_a_scan() {
+    let (scan, errors) = run("sim:room?ptz_lies=1&person=1&drift=0.1&seed=5", &region(10, 8));
+    assert!(scan.is_complete());
+    // What the other camera sees of so few shots does not calibrate it.
+    let near = errors[0].as_ref().unwrap();
+    assert!(near.centre < 5e-3 && near.focal < 0.005, "{near:?}");
+}
