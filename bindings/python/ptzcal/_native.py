@@ -6,6 +6,7 @@ tests/test_native.py compares every struct and every prototype here with that he
 from __future__ import annotations
 
 import ctypes
+import os
 from ctypes import (
     CFUNCTYPE,
     POINTER,
@@ -22,10 +23,12 @@ from ctypes import (
     c_void_p,
     sizeof,
 )
-from typing import Any, Dict, Optional, Type, TypeVar
+from typing import Any, Dict, Optional, Type, TypeVar, Union
 
 from . import _library
 from .errors import Error, error as _error
+
+Path = Union[str, bytes, "os.PathLike[Any]"]
 
 HEAD_CAMERA = 4294967295
 """The number of the head camera where a camera is asked for."""
@@ -437,6 +440,13 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_roof_edges_add_plane_scan": (
         _status, _handle, _handle, _region, _uint32_out, _error_out,
     ),
+    # Files.
+    "ptzcal_calibration_save": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_camera_save": (_status, _camera, c_char_p, _error_out),
+    "ptzcal_camera_load": (_status, c_char_p, _camera, _error_out),
+    "ptzcal_camera_save_opencv": (_status, _camera, c_char_p, _error_out),
+    "ptzcal_camera_load_opencv": (_status, c_char_p, _camera, _error_out),
+    "ptzcal_scan_save_ply": (_status, _handle, c_char_p, _error_out),
 }
 
 
@@ -497,6 +507,11 @@ def text(value: str, name: str) -> bytes:
     if "\0" in value:
         raise ValueError(f"{name} holds a NUL")
     return value.encode()
+
+
+def path(value: Path) -> bytes:
+    """A file's name for C."""
+    return text(os.fsdecode(value), "path")
 
 
 class Handle:

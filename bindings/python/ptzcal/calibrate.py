@@ -173,6 +173,10 @@ class Calibration(Handle):
         """Condition number of the normal equations, scaled to unit diagonal."""
         return self._summary.condition
 
+    def save(self, path: _native.Path) -> None:
+        """Writes everything as JSON, to the last bit; Camera.load reads the camera of it."""
+        call(lib.ptzcal_calibration_save, self._pointer, _native.path(path))
+
     def __repr__(self) -> str:
         return (
             f"<ptzcal.Calibration: {self.inlier_count} of {self.measurements} used, "

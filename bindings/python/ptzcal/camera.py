@@ -155,3 +155,27 @@ class Camera:
             byref(self._struct), address(pixels), len(pixels), directions.ctypes.data,
         )
         return directions[0] if one else directions
+
+    def save(self, path: _native.Path) -> None:
+        """Writes the camera as JSON."""
+        call(lib.ptzcal_camera_save, byref(self._struct), _native.path(path))
+
+    def save_opencv(self, path: _native.Path) -> None:
+        """Writes the camera as OpenCV's YAML, with the pose in keys of our own."""
+        call(lib.ptzcal_camera_save_opencv, byref(self._struct), _native.path(path))
+
+    @classmethod
+    def load(cls, path: _native.Path) -> "Camera":
+        """Reads the camera of a file that Camera.save or Calibration.save wrote."""
+        return cls._loaded(lib.ptzcal_camera_load, path)
+
+    @classmethod
+    def load_opencv(cls, path: _native.Path) -> "Camera":
+        """Reads a camera from OpenCV's YAML; without our keys its pose is the identity."""
+        return cls._loaded(lib.ptzcal_camera_load_opencv, path)
+
+    @classmethod
+    def _loaded(cls, function: Any, path: _native.Path) -> "Camera":
+        struct = _native.initial(_native.ptzcal_camera)
+        call(function, _native.path(path), byref(struct))
+        return cls._from_struct(struct)

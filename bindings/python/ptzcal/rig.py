@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import enum
 import math
-import os
 import threading
 import warnings
 import weakref
@@ -285,7 +284,7 @@ class Rig:
         coarse_shots: Optional[int] = None,
         spot: Optional[SpotOptions] = None,
         gate: Optional[Gate] = None,
-        journal: Union[str, os.PathLike, None] = None,
+        journal: Optional[_native.Path] = None,
         journal_sync: bool = True,
         progress: Optional[Callable[[Progress], Any]] = None,
         cancel: Optional[Cancel] = None,

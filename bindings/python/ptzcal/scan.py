@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from ctypes import byref, c_size_t, c_void_p
 from dataclasses import astuple, dataclass
 from functools import cached_property
@@ -130,7 +129,7 @@ class ScanOptions(Handle):
         *,
         spot: Optional[SpotOptions],
         gate: Optional[Gate],
-        journal: Union[str, os.PathLike, None],
+        journal: Optional[_native.Path],
         journal_sync: bool,
         cancel: Optional[Cancel],
     ) -> None:
@@ -148,8 +147,7 @@ class ScanOptions(Handle):
         if gate is not None:
             self._set("gate", *astuple(gate))
         if journal is not None:
-            path = _native.text(os.fsdecode(journal), "journal")
-            self._set("journal", path, bool(journal_sync))
+            self._set("journal", _native.path(journal), bool(journal_sync))
         self._set("cancel", pointer_of(cancel))
 
     def _set(self, setting: str, *values: Any) -> None:
@@ -282,6 +280,10 @@ class Scan(Handle):
         call(lib.ptzcal_scan_copy_points, self._pointer, points.ctypes.data, points.size, None)
         points.flags.writeable = False
         return points
+
+    def save_ply(self, path: _native.Path) -> None:
+        """Writes the points as binary PLY, with their colours and standard deviations."""
+        call(lib.ptzcal_scan_save_ply, self._pointer, _native.path(path))
 
     def __repr__(self) -> str:
         return f"<ptzcal.Scan: {len(self)} of {self.positions} shots, {self.found} with a spot>"

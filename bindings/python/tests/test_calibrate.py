@@ -1,5 +1,8 @@
+import json
+import tempfile
 import threading
 import unittest
+from pathlib import Path
 
 import numpy as np
 
@@ -143,6 +146,17 @@ class Points(TestCase):
         measurements.add_points(np.ones((3, 3)), np.ones((3, 2)))
         measurements.add_points(np.ones((2, 3)), np.ones((2, 2)), uv_covariance=np.eye(2))
         self.assertEqual(len(measurements), 5)
+
+    def test_file(self):
+        result = ptzcal.calibrate_camera(measured(camera(), 50))
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, "calibration.json")
+            result.save(path)
+            loaded = ptzcal.Camera.load(path)
+            written = json.loads(path.read_text())
+        self.assertTrue(np.array_equal(loaded.K, result.camera.K))
+        self.assertTrue(np.array_equal(loaded.t, result.camera.t))
+        self.assertIn("covariance", json.dumps(written))
 
     def test_results_outlive_their_makers(self):
         truth = camera()

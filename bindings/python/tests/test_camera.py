@@ -1,6 +1,8 @@
 import dataclasses
 import pickle
+import tempfile
 import unittest
+from pathlib import Path
 
 import numpy as np
 
@@ -120,6 +122,30 @@ class Cameras(TestCase):
         moved = dataclasses.replace(c, t=t)
         t[0] = 5
         self.assertClose(moved.t, 0)
+
+    def test_files(self):
+        c, point = camera(LENS), (0.1, 0.2, 3)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, "Kamera ä.json")
+            c.save(path)
+            loaded = ptzcal.Camera.load(path)
+            self.assertEqual(loaded.fx, c.fx)
+            self.assertTrue(np.array_equal(loaded.R, c.R))
+            square = dataclasses.replace(c, skew=0.0)
+            square.save_opencv(str(path))
+            self.assertClose(ptzcal.Camera.load_opencv(str(path)).project(point), square.project(point))
+            with self.fails("FILE_FORMAT"):
+                ptzcal.Camera.load(path)
+            with self.fails("UNSUPPORTED"):
+                c.save_opencv(path)
+            with self.fails("FILE_IO"):
+                ptzcal.Camera.load(Path(folder, "missing.json"))
+            with self.fails("FILE_IO"):
+                c.save(Path(folder, "no", "folder.json"))
+        with self.assertRaisesRegex(ValueError, "NUL"):
+            c.save("a\0b")
+        with self.assertRaises(TypeError):
+            c.save(5)
 
     def test_pickles(self):
         c, point = camera(LENS), (0.1, 0.2, 3)

@@ -3,6 +3,7 @@ import signal
 import tempfile
 import threading
 import unittest
+from pathlib import Path
 
 import numpy as np
 
@@ -81,6 +82,13 @@ class Scans(TestCase):
     def test_points(self):
         expected = [shot.point for shot in self.scan if shot.point is not None]
         self.assertTrue(np.array_equal(self.scan.points, expected))
+
+    def test_cloud(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, "cloud.ply")
+            self.scan.save_ply(path)
+            header = path.read_bytes().split(b"end_header")[0]
+        self.assertIn(b"element vertex %d\n" % len(self.scan.points), header)
 
     def test_calibration(self):
         for number in (0, 1):
