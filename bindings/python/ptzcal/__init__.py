@@ -1,0 +1,61 @@
+"""Calibrates surveillance cameras with a pan-tilt-zoom camera and a laser pointer.
+
+A binding of libptzcal: arrays in, arrays out. Lengths are metres, angles radians, times seconds,
+image positions pixels; pixel (0, 0) is the centre of the top-left pixel. Calls release the GIL.
+"""
+
+from ._native import abi_version, version
+from .calibrate import Calibration, Correspondences, calibrate_camera
+from .camera import Camera, DistortionModel
+from .cancel import Cancel
+from .detect import LaserColour, Spot, SpotOptions, detect_spot
+from .errors import Cancelled, Error, InvalidArgument, SpotAmbiguous, SpotNotFound, Status
+from .images import PixelFormat
+from .pose import Pose, PoseMethod, RoofEdges, estimate_pose_roof_edges
+from .rig import LogLevel, Rig, Settle
+from .rig_model import PanTilt, RigModel
+from .scan import FixedCamera, Gate, Progress, Region, Scan, Shot
+from .simulator import HEAD_CAMERA, Frame, Motion, Simulator
+
+__version__ = version()
+
+__all__ = [
+    "Calibration",
+    "Camera",
+    "Cancel",
+    "Cancelled",
+    "Correspondences",
+    "DistortionModel",
+    "Error",
+    "FixedCamera",
+    "Frame",
+    "Gate",
+    "HEAD_CAMERA",
+    "InvalidArgument",
+    "LaserColour",
+    "LogLevel",
+    "Motion",
+    "PanTilt",
+    "PixelFormat",
+    "Pose",
+    "PoseMethod",
+    "Progress",
+    "Region",
+    "Rig",
+    "RigModel",
+    "RoofEdges",
+    "Scan",
+    "Settle",
+    "Shot",
+    "Simulator",
+    "Spot",
+    "SpotAmbiguous",
+    "SpotNotFound",
+    "SpotOptions",
+    "Status",
+    "abi_version",
+    "calibrate_camera",
+    "detect_spot",
+    "estimate_pose_roof_edges",
+    "version",
+]

@@ -1,0 +1,551 @@
+"""The C API as ctypes sees it: include/ptzcal.h is the manual.
+
+tests/test_native.py compares every struct and every prototype here with that header.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from ctypes import (
+    CFUNCTYPE,
+    POINTER,
+    Structure,
+    byref,
+    c_char_p,
+    c_double,
+    c_int32,
+    c_int64,
+    c_size_t,
+    c_ssize_t,
+    c_uint32,
+    c_uint64,
+    c_void_p,
+    sizeof,
+)
+from typing import Any, Dict, Optional, Type, TypeVar, Union
+
+from . import _library
+from .errors import Error, error as _error
+
+Path = Union[str, bytes, "os.PathLike[Any]"]
+
+HEAD_CAMERA = 4294967295
+"""The number of the head camera where a camera is asked for."""
+
+
+class ptzcal_shot(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("index", c_uint32),
+        ("pan", c_double),
+        ("tilt", c_double),
+        ("zoom", c_double),
+        ("time", c_double),
+        ("found", c_uint32),
+        ("has_point", c_uint32),
+        ("fixed_found", c_uint32),
+        ("colour", c_uint32),
+        ("point", c_double * 3),
+        ("covariance", c_double * 9),
+        ("inverse_depth", c_double),
+        ("inverse_depth_variance", c_double),
+        ("epipolar_chi2", c_double),
+    ]
+
+
+class ptzcal_progress(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("pass", c_uint32),
+        ("passes", c_uint32),
+        ("measured", c_uint32),
+        ("done", c_uint64),
+        ("total", c_uint64),
+        ("elapsed", c_double),
+        ("seconds_left", c_double),
+        ("shot", POINTER(ptzcal_shot)),
+    ]
+
+
+class ptzcal_image(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("format", c_uint32),
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("plane", c_void_p * 4),
+        ("stride", c_ssize_t * 4),
+        ("size", c_size_t * 4),
+    ]
+
+
+class ptzcal_camera(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("distortion_model", c_uint32),
+        ("fx", c_double),
+        ("fy", c_double),
+        ("skew", c_double),
+        ("cx", c_double),
+        ("cy", c_double),
+        ("distortion", c_double * 8),
+        ("rotation", c_double * 9),
+        ("translation", c_double * 3),
+    ]
+
+
+class ptzcal_rig_model(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("distortion_model", c_uint32),
+        ("fx", c_double),
+        ("fy", c_double),
+        ("skew", c_double),
+        ("cx", c_double),
+        ("cy", c_double),
+        ("distortion", c_double * 8),
+        ("laser_x0", c_double),
+        ("laser_y0", c_double),
+        ("laser_vx", c_double),
+        ("laser_vy", c_double),
+        ("axis_tilt_y", c_double),
+        ("axis_tilt_z", c_double),
+        ("axis_pan_x", c_double),
+        ("axis_pan_z", c_double),
+        ("pan_zero", c_double),
+        ("pan_scale", c_double),
+        ("tilt_zero", c_double),
+        ("tilt_scale", c_double),
+    ]
+
+
+class ptzcal_spot(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("saturated", c_uint32),
+        ("x", c_double),
+        ("y", c_double),
+        ("covariance", c_double * 3),
+        ("peak", c_double),
+        ("signal_to_noise", c_double),
+        ("area", c_uint64),
+    ]
+
+
+class ptzcal_calibration_summary(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("iterations", c_uint32),
+        ("measurements", c_uint64),
+        ("inliers", c_uint64),
+        ("parameters", c_uint64),
+        ("rms", c_double),
+        ("noise_factor", c_double),
+        ("condition", c_double),
+    ]
+
+
+class ptzcal_pose(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("rotation", c_double * 9),
+        ("translation", c_double * 3),
+        ("rotation_angle", c_double),
+        ("residual_rms", c_double),
+        ("disagreement", c_double),
+        ("condition", c_double),
+    ]
+
+
+class ptzcal_region(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("pan_steps", c_uint32),
+        ("tilt_steps", c_uint32),
+        ("reserved", c_uint32),
+        ("pan_min", c_double),
+        ("pan_max", c_double),
+        ("tilt_min", c_double),
+        ("tilt_max", c_double),
+    ]
+
+
+class ptzcal_scan_summary(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("complete", c_uint32),
+        ("positions", c_uint64),
+        ("shots", c_uint64),
+        ("resumed", c_uint64),
+        ("found", c_uint64),
+        ("fixed_cameras", c_uint64),
+        ("journal_damaged", c_uint64),
+        ("journal_cut", c_uint64),
+    ]
+
+
+ptzcal_log_fn = CFUNCTYPE(None, c_void_p, c_int32, c_char_p)
+ptzcal_progress_fn = CFUNCTYPE(c_int32, c_void_p, POINTER(ptzcal_progress))
+ptzcal_ptz_move_fn = CFUNCTYPE(c_int32, c_void_p, c_double, c_double)
+ptzcal_ptz_position_fn = CFUNCTYPE(
+    c_int32, c_void_p, POINTER(c_double), POINTER(c_double), POINTER(c_double)
+)
+ptzcal_ptz_motion_fn = CFUNCTYPE(c_int32, c_void_p, POINTER(c_int32))
+ptzcal_ptz_stop_fn = CFUNCTYPE(c_int32, c_void_p)
+ptzcal_laser_fn = CFUNCTYPE(c_int32, c_void_p, c_int32)
+ptzcal_frame_fn = CFUNCTYPE(
+    c_int32, c_void_p, c_double, c_double, POINTER(ptzcal_image), POINTER(c_double)
+)
+ptzcal_clock_now_fn = CFUNCTYPE(c_double, c_void_p)
+ptzcal_clock_sleep_fn = CFUNCTYPE(None, c_void_p, c_double)
+
+
+class ptzcal_ptz(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("pan_min", c_double),
+        ("pan_max", c_double),
+        ("tilt_min", c_double),
+        ("tilt_max", c_double),
+        ("pan_step", c_double),
+        ("tilt_step", c_double),
+        ("user", c_void_p),
+        ("move_absolute", ptzcal_ptz_move_fn),
+        ("position", ptzcal_ptz_position_fn),
+        ("motion", ptzcal_ptz_motion_fn),
+        ("stop", ptzcal_ptz_stop_fn),
+    ]
+
+
+# What parameters are. Arrays come as addresses, structs and places for results by byref().
+_status = c_int32
+_handle = c_void_p
+_handle_out = POINTER(c_void_p)
+_array = c_void_p
+_user = c_void_p
+_double_out = POINTER(c_double)
+_int32_out = POINTER(c_int32)
+_uint32_out = POINTER(c_uint32)
+_size_out = POINTER(c_size_t)
+_images = POINTER(POINTER(ptzcal_image))
+_camera = POINTER(ptzcal_camera)
+_image = POINTER(ptzcal_image)
+_model = POINTER(ptzcal_rig_model)
+_pose = POINTER(ptzcal_pose)
+_region = POINTER(ptzcal_region)
+_scan_summary = POINTER(ptzcal_scan_summary)
+_shot = POINTER(ptzcal_shot)
+_spot = POINTER(ptzcal_spot)
+_summary = POINTER(ptzcal_calibration_summary)
+_ptz = POINTER(ptzcal_ptz)
+_error_out = POINTER(c_void_p)
+
+#: Name: result, then parameters.
+PROTOTYPES: Dict[str, tuple] = {
+    "ptzcal_version": (c_char_p,),
+    "ptzcal_abi_version": (c_uint32,),
+    "ptzcal_status_name": (c_char_p, c_int32),
+    "ptzcal_error_status": (_status, _handle),
+    "ptzcal_error_message": (c_char_p, _handle),
+    "ptzcal_error_hint": (c_char_p, _handle),
+    "ptzcal_error_index": (c_int64, _handle),
+    "ptzcal_error_free": (None, _handle),
+    "ptzcal_cancel_new": (_status, _handle_out, _error_out),
+    "ptzcal_cancel_request": (_status, _handle),
+    "ptzcal_cancel_reset": (_status, _handle),
+    "ptzcal_cancel_is_requested": (c_int32, _handle),
+    "ptzcal_cancel_free": (None, _handle),
+    "ptzcal_image_init": (_status, _image, c_size_t),
+    # Cameras and rig models.
+    "ptzcal_camera_init": (_status, _camera, c_size_t),
+    "ptzcal_camera_centre": (_status, _camera, _array, _error_out),
+    "ptzcal_camera_project": (_status, _camera, _array, c_size_t, _array, _error_out),
+    "ptzcal_camera_back_project": (_status, _camera, _array, c_size_t, _array, _error_out),
+    "ptzcal_rig_model_init": (_status, _model, c_size_t),
+    "ptzcal_rig_model_head_camera": (_status, _model, c_double, c_double, _camera, _error_out),
+    "ptzcal_rig_model_locate": (
+        _status, _model, _array, _array, _array, c_size_t, _array, _array, _error_out,
+    ),
+    "ptzcal_rig_model_aim": (_status, _model, _array, _double_out, _double_out, _error_out),
+    # Detecting the laser's spot.
+    "ptzcal_spot_init": (_status, _spot, c_size_t),
+    "ptzcal_spot_options_new": (_status, _handle_out, _error_out),
+    "ptzcal_spot_options_free": (None, _handle),
+    "ptzcal_spot_options_set_region": (
+        _status, _handle, c_uint32, c_uint32, c_uint32, c_uint32, _error_out,
+    ),
+    "ptzcal_spot_options_set_band": (_status, _handle, _array, c_size_t, c_double, _error_out),
+    "ptzcal_spot_options_set_colour": (_status, _handle, c_uint32, _error_out),
+    "ptzcal_spot_options_set_min_signal_to_noise": (_status, _handle, c_double, _error_out),
+    "ptzcal_spot_options_set_max_area": (_status, _handle, c_uint32, _error_out),
+    "ptzcal_spot_options_set_ambiguity_ratio": (_status, _handle, c_double, _error_out),
+    "ptzcal_detect_spot": (_status, _image, _image, _handle, _spot, _error_out),
+    "ptzcal_detect_spot_averaged": (
+        _status, _images, c_size_t, _images, c_size_t, _handle, _spot, _error_out,
+    ),
+    # Calibrating a camera.
+    "ptzcal_correspondences_new": (_status, c_uint32, c_uint32, _handle_out, _error_out),
+    "ptzcal_correspondences_free": (None, _handle),
+    "ptzcal_correspondences_add_points": (_status, _handle, _array, _array, c_size_t, _error_out),
+    "ptzcal_correspondences_add_points_weighted": (
+        _status, _handle, _array, _array, _array, _array, c_size_t, _error_out,
+    ),
+    "ptzcal_correspondences_add_laser_shots": (
+        _status, _handle, _model, _array, _array, _array, _array, _array, c_size_t, _error_out,
+    ),
+    "ptzcal_correspondences_count": (_status, _handle, _size_out, _error_out),
+    "ptzcal_calibration_options_new": (_status, _handle_out, _error_out),
+    "ptzcal_calibration_options_free": (None, _handle),
+    "ptzcal_calibration_options_set_distortion": (_status, _handle, c_uint32, _error_out),
+    "ptzcal_calibration_options_set_lens": (_status, _handle, _camera, _error_out),
+    "ptzcal_calibration_options_set_skew_sigma": (_status, _handle, c_double, _error_out),
+    "ptzcal_calibration_options_set_aspect_sigma": (_status, _handle, c_double, _error_out),
+    "ptzcal_calibration_options_set_pixel_sigma": (_status, _handle, c_double, _error_out),
+    "ptzcal_calibration_options_set_robust": (_status, _handle, c_int32, _error_out),
+    "ptzcal_calibration_options_set_seed": (_status, _handle, c_uint64, _error_out),
+    "ptzcal_calibration_options_set_max_focal_deviation": (_status, _handle, c_double, _error_out),
+    "ptzcal_calibration_options_set_max_iterations": (_status, _handle, c_uint32, _error_out),
+    "ptzcal_calibration_options_set_cancel": (_status, _handle, _handle, _error_out),
+    "ptzcal_calibrate_camera": (_status, _handle, _handle, _handle_out, _error_out),
+    "ptzcal_calibration_free": (None, _handle),
+    "ptzcal_calibration_get_camera": (_status, _handle, _camera, _error_out),
+    "ptzcal_calibration_summary_init": (_status, _summary, c_size_t),
+    "ptzcal_calibration_get_summary": (_status, _handle, _summary, _error_out),
+    "ptzcal_calibration_copy_covariance": (
+        _status, _handle, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_calibration_copy_residuals": (
+        _status, _handle, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_calibration_copy_inliers": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    # Rig poses by roof edges.
+    "ptzcal_roof_edges_new": (_status, _handle_out, _error_out),
+    "ptzcal_roof_edges_free": (None, _handle),
+    "ptzcal_roof_edges_add_plane_shots": (
+        _status, _handle, _model, _array, _array, _array, c_size_t, _uint32_out, _error_out,
+    ),
+    "ptzcal_roof_edges_add_plane_points": (
+        _status, _handle, _array, c_size_t, c_double, _uint32_out, _error_out,
+    ),
+    "ptzcal_roof_edges_add_plane": (
+        _status, _handle, _array, c_double, _array, _uint32_out, _error_out,
+    ),
+    "ptzcal_roof_edges_add_edge": (_status, _handle, c_uint32, c_uint32, _error_out),
+    "ptzcal_pose_options_new": (_status, _handle_out, _error_out),
+    "ptzcal_pose_options_free": (None, _handle),
+    "ptzcal_pose_options_set_method": (_status, _handle, c_uint32, _error_out),
+    "ptzcal_pose_options_set_lever": (_status, _handle, c_double, _error_out),
+    "ptzcal_pose_options_set_min_angles": (_status, _handle, c_double, c_double, _error_out),
+    "ptzcal_estimate_pose_roof_edges": (
+        _status, _handle, _handle, _handle, _handle_out, _error_out,
+    ),
+    "ptzcal_pose_estimate_free": (None, _handle),
+    "ptzcal_pose_init": (_status, _pose, c_size_t),
+    "ptzcal_pose_estimate_get": (_status, _handle, _pose, _error_out),
+    "ptzcal_pose_estimate_copy_covariance": (
+        _status, _handle, _array, c_size_t, _size_out, _error_out,
+    ),
+    # Simulator.
+    "ptzcal_ptz_init": (_status, _ptz, c_size_t),
+    "ptzcal_simulator_new": (_status, c_char_p, _handle_out, _error_out),
+    "ptzcal_simulator_free": (None, _handle),
+    "ptzcal_simulator_nominal_rig": (_status, _handle, _model, _error_out),
+    "ptzcal_simulator_true_rig": (_status, _handle, _model, _error_out),
+    "ptzcal_simulator_fixed_cameras": (_status, _handle, _size_out, _error_out),
+    "ptzcal_simulator_true_camera": (_status, _handle, c_uint32, _camera, _error_out),
+    "ptzcal_simulator_true_station": (_status, _handle, _pose, _error_out),
+    "ptzcal_simulator_move": (_status, _handle, c_double, c_double, _error_out),
+    "ptzcal_simulator_position": (_status, _handle, _double_out, _double_out, _error_out),
+    "ptzcal_simulator_motion": (_status, _handle, _int32_out, _error_out),
+    "ptzcal_simulator_stop": (_status, _handle, _error_out),
+    "ptzcal_simulator_set_laser": (_status, _handle, c_int32, _error_out),
+    "ptzcal_simulator_next_frame": (
+        _status, _handle, c_uint32, c_double, c_double, _image, _double_out, _error_out,
+    ),
+    "ptzcal_simulator_now": (_status, _handle, _double_out, _error_out),
+    "ptzcal_simulator_sleep": (_status, _handle, c_double, _error_out),
+    # Rigs.
+    "ptzcal_rig_options_new": (_status, _handle_out, _error_out),
+    "ptzcal_rig_options_free": (None, _handle),
+    "ptzcal_rig_options_set_address": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_rig_options_set_model": (_status, _handle, _model, _error_out),
+    "ptzcal_rig_options_set_ptz": (_status, _handle, _ptz, _error_out),
+    "ptzcal_rig_options_set_laser": (_status, _handle, ptzcal_laser_fn, _user, _error_out),
+    "ptzcal_rig_options_set_frames": (_status, _handle, ptzcal_frame_fn, _user, _error_out),
+    "ptzcal_rig_options_set_clock": (
+        _status, _handle, ptzcal_clock_now_fn, ptzcal_clock_sleep_fn, _user, _error_out,
+    ),
+    "ptzcal_rig_options_set_log": (_status, _handle, ptzcal_log_fn, _user, _error_out),
+    "ptzcal_rig_options_set_settle": (
+        _status, _handle, c_uint32, c_double, c_double, c_double, c_double, _error_out,
+    ),
+    "ptzcal_rig_options_set_frame_wait": (_status, _handle, c_double, c_uint32, _error_out),
+    "ptzcal_rig_options_set_laser_max_on": (_status, _handle, c_double, _error_out),
+    "ptzcal_rig_open": (_status, _handle, _handle_out, _error_out),
+    "ptzcal_rig_close": (_status, _handle, _error_out),
+    "ptzcal_rig_get_model": (_status, _handle, _model, _error_out),
+    "ptzcal_rig_simulator": (_status, _handle, _handle_out, _error_out),
+    "ptzcal_rig_move": (_status, _handle, c_double, c_double, _handle, _error_out),
+    "ptzcal_rig_position": (_status, _handle, _double_out, _double_out, _error_out),
+    "ptzcal_rig_aim_at_point": (
+        _status, _handle, _array, _handle, _double_out, _double_out, _error_out,
+    ),
+    "ptzcal_rig_aim_at_pixel": (
+        _status, _handle, c_double, c_double, c_double, _handle, _double_out, _double_out,
+        _error_out,
+    ),
+    "ptzcal_rig_set_laser": (_status, _handle, c_int32, _error_out),
+    "ptzcal_rig_stop": (_status, _handle, _error_out),
+    "ptzcal_rig_emergency_off": (_status, _handle, _error_out),
+    "ptzcal_rig_release": (_status, _handle, _error_out),
+    # Scanning a region.
+    "ptzcal_shot_init": (_status, _shot, c_size_t),
+    "ptzcal_region_init": (_status, _region, c_size_t),
+    "ptzcal_scan_summary_init": (_status, _scan_summary, c_size_t),
+    "ptzcal_scan_options_new": (_status, _handle_out, _error_out),
+    "ptzcal_scan_options_free": (None, _handle),
+    "ptzcal_scan_options_add_camera": (
+        _status, _handle, ptzcal_frame_fn, _user, c_uint32, c_uint32, _uint32_out, _error_out,
+    ),
+    "ptzcal_scan_options_add_camera_address": (
+        _status, _handle, c_char_p, _uint32_out, _error_out,
+    ),
+    "ptzcal_scan_options_set_known_camera": (_status, _handle, c_uint32, _camera, _error_out),
+    "ptzcal_scan_options_set_distortion": (_status, _handle, c_uint32, c_uint32, _error_out),
+    "ptzcal_scan_options_set_frames_per_state": (_status, _handle, c_uint32, _error_out),
+    "ptzcal_scan_options_set_coarse_shots": (_status, _handle, c_uint32, _error_out),
+    "ptzcal_scan_options_set_spot": (_status, _handle, _handle, _error_out),
+    "ptzcal_scan_options_set_gate": (
+        _status, _handle, c_double, c_double, c_double, c_double, _error_out,
+    ),
+    "ptzcal_scan_options_set_journal": (_status, _handle, c_char_p, c_int32, _error_out),
+    "ptzcal_scan_options_set_cancel": (_status, _handle, _handle, _error_out),
+    "ptzcal_rig_scan_region": (
+        _status, _handle, _region, _handle, ptzcal_progress_fn, _user, _handle_out, _error_out,
+    ),
+    "ptzcal_scan_free": (None, _handle),
+    "ptzcal_scan_get_summary": (_status, _handle, _scan_summary, _error_out),
+    "ptzcal_scan_end": (_status, _handle, _error_out),
+    "ptzcal_scan_get_shot": (_status, _handle, c_size_t, _shot, _error_out),
+    "ptzcal_scan_get_spot": (_status, _handle, c_size_t, c_uint32, _spot, _error_out),
+    "ptzcal_scan_copy_points": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_correspondences_add_scan": (_status, _handle, _handle, c_uint32, _error_out),
+    "ptzcal_roof_edges_add_plane_scan": (
+        _status, _handle, _handle, _region, _uint32_out, _error_out,
+    ),
+    # Files.
+    "ptzcal_calibration_save": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_camera_save": (_status, _camera, c_char_p, _error_out),
+    "ptzcal_camera_load": (_status, c_char_p, _camera, _error_out),
+    "ptzcal_camera_save_opencv": (_status, _camera, c_char_p, _error_out),
+    "ptzcal_camera_load_opencv": (_status, c_char_p, _camera, _error_out),
+    "ptzcal_scan_save_ply": (_status, _handle, c_char_p, _error_out),
+}
+
+
+def _bind() -> ctypes.CDLL:
+    library = _library.load()
+    for name, (result, *parameters) in PROTOTYPES.items():
+        try:
+            function = getattr(library, name)
+        except AttributeError:
+            raise ImportError(
+                f"{library._name} is older than this ptzcal package: it has no {name}"
+            ) from None
+        function.restype, function.argtypes = result, parameters
+    return library
+
+
+lib = _bind()
+
+
+def taken_error(status: int, pointer: c_void_p) -> Error:
+    """The exception for a failed call; frees the library's error object."""
+    try:
+        index = lib.ptzcal_error_index(pointer)
+        message = lib.ptzcal_error_message(pointer).decode()
+        hint = lib.ptzcal_error_hint(pointer).decode()
+        return _error(status, message, index if index >= 0 else None, hint)
+    finally:
+        lib.ptzcal_error_free(pointer)
+
+
+def call(function: Any, *arguments: Any) -> None:
+    """Calls a function whose last parameter is the error; raises what it reports."""
+    failure = c_void_p()
+    status = function(*arguments, byref(failure))
+    if status:
+        raise taken_error(status, failure)
+
+
+_S = TypeVar("_S", bound=Structure)
+_INITIAL: Dict[type, bytes] = {}
+
+
+def initial(kind: Type[_S]) -> _S:
+    """A struct as its _init function sets it up."""
+    try:
+        return kind.from_buffer_copy(_INITIAL[kind])
+    except KeyError:
+        struct = kind()
+        status = getattr(lib, f"{kind.__name__}_init")(byref(struct), sizeof(struct))
+        if status:
+            raise _error(status, f"{kind.__name__}_init refused {sizeof(struct)} bytes") from None
+        _INITIAL[kind] = bytes(struct)
+        return struct
+
+
+def text(value: str, name: str) -> bytes:
+    """A string for C, which would stop at a NUL inside."""
+    if "\0" in value:
+        raise ValueError(f"{name} holds a NUL")
+    return value.encode()
+
+
+def path(value: Path) -> bytes:
+    """A file's name for C."""
+    return text(os.fsdecode(value), "path")
+
+
+class Handle:
+    """Owns something that the library made; frees it with the last reference."""
+
+    _free: str  # name of the function that frees it
+    _pointer: Optional[int] = None
+
+    def _make(self, function: Any, *arguments: Any) -> None:
+        """Takes over what `function` makes: its last parameters are the handle and the error."""
+        pointer = c_void_p()
+        call(function, *arguments, byref(pointer))
+        self._pointer = pointer.value
+
+    def __del__(self, lib: Any = lib) -> None:
+        pointer, self._pointer = self._pointer, None
+        if pointer is not None:
+            getattr(lib, self._free)(pointer)
+
+    def __copy__(self) -> Any:
+        raise TypeError(f"a {type(self).__name__} cannot be copied")
+
+    def __deepcopy__(self, memo: Any) -> Any:
+        raise TypeError(f"a {type(self).__name__} cannot be copied")
+
+    def __reduce__(self) -> Any:
+        raise TypeError(f"a {type(self).__name__} cannot be pickled")
+
+
+def version() -> str:
+    """Version of the loaded library, such as "0.1.0"."""
+    return lib.ptzcal_version().decode()
+
+
+def abi_version() -> int:
+    """ABI number of the loaded library."""
+    return lib.ptzcal_abi_version()

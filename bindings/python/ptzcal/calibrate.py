@@ -1,0 +1,236 @@
+"""Calibration of a camera from 2D-3D measurements."""
+
+from __future__ import annotations
+
+from ctypes import byref, c_size_t
+from functools import cached_property
+from typing import Any, Optional, Tuple, Union
+
+import numpy as np
+
+from . import _native
+from ._arrays import address, member, pixel_covariances, point_covariances, rows, unsigned
+from ._native import Handle, call, lib
+from .camera import Camera, DistortionModel
+from .cancel import Cancel, pointer_of
+from .rig_model import RigModel
+from .scan import Scan
+
+_COEFFICIENTS = {
+    DistortionModel.NONE: (),
+    DistortionModel.BROWN_CONRADY: ("k1", "k2", "p1", "p2", "k3"),
+    DistortionModel.DIVISION: ("lambda",),
+}
+
+
+class Correspondences(Handle):
+    """2D-3D measurements of one camera, in any mixture; they keep the order of adding."""
+
+    _free = "ptzcal_correspondences_free"
+
+    def __init__(self, width: int, height: int) -> None:
+        """An empty set for a camera of this image size, pixels."""
+        size = unsigned(width, "width"), unsigned(height, "height")
+        self._make(lib.ptzcal_correspondences_new, *size)
+
+    def add_points(
+        self, xyz: Any, uv: Any, *, xyz_covariance: Any = None, uv_covariance: Any = None
+    ) -> None:
+        """Adds points xyz (n, 3), metres, seen at uv (n, 2), pixels.
+
+        xyz_covariance: (n, 3, 3) or (3, 3), m^2; exact points without. uv_covariance: (n, 3):
+        xx, xy, yy, or (n, 2, 2), or (2, 2), px^2; the calibration's pixel noise without.
+        """
+        xyz = rows(xyz, 3, "xyz")
+        n = len(xyz)
+        uv = rows(uv, 2, "uv", n)
+        if xyz_covariance is None and uv_covariance is None:
+            call(
+                lib.ptzcal_correspondences_add_points,
+                self._pointer, address(xyz), address(uv), n,
+            )
+            return
+        of_xyz = point_covariances(xyz_covariance, n, "xyz_covariance")
+        of_uv = pixel_covariances(uv_covariance, n, "uv_covariance")
+        call(
+            lib.ptzcal_correspondences_add_points_weighted,
+            self._pointer, address(xyz), address(of_xyz), address(uv), address(of_uv), n,
+        )
+
+    def add_laser_shots(
+        self,
+        model: RigModel,
+        pan_tilt: Any,
+        spots: Any,
+        uv: Any,
+        *,
+        spot_covariance: Any = None,
+        uv_covariance: Any = None,
+    ) -> None:
+        """Adds shots: readings pan_tilt (n, 2), radians, the spot in the head camera, spots (n, 2),
+        and in this camera, uv (n, 2), pixels. Covariances as in add_points, 1 px without.
+        """
+        pan_tilt = rows(pan_tilt, 2, "pan_tilt")
+        n = len(pan_tilt)
+        spots, uv = rows(spots, 2, "spots", n), rows(uv, 2, "uv", n)
+        of_spots = pixel_covariances(spot_covariance, n, "spot_covariance")
+        of_uv = pixel_covariances(uv_covariance, n, "uv_covariance")
+        call(
+            lib.ptzcal_correspondences_add_laser_shots,
+            self._pointer, byref(model._struct), address(pan_tilt), address(spots),
+            address(of_spots), address(uv), address(of_uv), n,
+        )
+
+    def add_scan(self, scan: Scan, camera: int = 0) -> None:
+        """Adds what the head camera and a fixed camera, by its number, saw together in a scan."""
+        number = unsigned(camera, "camera")
+        call(lib.ptzcal_correspondences_add_scan, self._pointer, scan._pointer, number)
+
+    def __len__(self) -> int:
+        count = c_size_t()
+        call(lib.ptzcal_correspondences_count, self._pointer, byref(count))
+        return count.value
+
+
+class Calibration(Handle):
+    """A calibrated camera with all that says how good it is. Immutable."""
+
+    _free = "ptzcal_calibration_free"
+
+    def __init__(self, correspondences: Correspondences, options: Optional["_Options"]) -> None:
+        chosen = None if options is None else options._pointer
+        self._make(lib.ptzcal_calibrate_camera, correspondences._pointer, chosen)
+        self._summary = _native.initial(_native.ptzcal_calibration_summary)
+        call(lib.ptzcal_calibration_get_summary, self._pointer, byref(self._summary))
+
+    @cached_property
+    def camera(self) -> Camera:
+        struct = _native.initial(_native.ptzcal_camera)
+        call(lib.ptzcal_calibration_get_camera, self._pointer, byref(struct))
+        return Camera._from_struct(struct)
+
+    @property
+    def parameters(self) -> Tuple[str, ...]:
+        """Names of the parameters, in the order of the covariance.
+
+        rx, ry, rz turn the camera about its own axes (radians); X, Y, Z are its centre (metres).
+        """
+        coefficients = _COEFFICIENTS[self.camera.distortion_model]
+        return ("fx", "fy", "skew", "cx", "cy", *coefficients, "rx", "ry", "rz", "X", "Y", "Z")
+
+    @cached_property
+    def covariance(self) -> np.ndarray:
+        """(p, p) in the order of `parameters`; 0 where a parameter was not free."""
+        side = self._summary.parameters
+        return self._copied("covariance", np.empty((side, side)))
+
+    @property
+    def standard_deviations(self) -> np.ndarray:
+        """(p,) in the order of `parameters`."""
+        return np.sqrt(np.diagonal(self.covariance))
+
+    @cached_property
+    def residuals(self) -> np.ndarray:
+        """Measured minus predicted pixel of every measurement, (n, 2), outliers included."""
+        return self._copied("residuals", np.empty((self.measurements, 2)))
+
+    @cached_property
+    def inliers(self) -> np.ndarray:
+        """Which measurements were used, (n,) bool."""
+        return self._copied("inliers", np.empty(self.measurements, np.uint8)).view(bool)
+
+    def _copied(self, what: str, array: np.ndarray) -> np.ndarray:
+        copy = getattr(lib, f"ptzcal_calibration_copy_{what}")
+        call(copy, self._pointer, array.ctypes.data, array.size, None)
+        array.flags.writeable = False
+        return array
+
+    @property
+    def measurements(self) -> int:
+        return self._summary.measurements
+
+    @property
+    def inlier_count(self) -> int:
+        return self._summary.inliers
+
+    @property
+    def iterations(self) -> int:
+        """Of the last refinement."""
+        return self._summary.iterations
+
+    @property
+    def rms(self) -> float:
+        """Root mean square length of the inliers' residuals, pixels."""
+        return self._summary.rms
+
+    @property
+    def noise_factor(self) -> float:
+        """Noise that the residuals show over noise that was assumed."""
+        return self._summary.noise_factor
+
+    @property
+    def condition(self) -> float:
+        """Condition number of the normal equations, scaled to unit diagonal."""
+        return self._summary.condition
+
+    def save(self, path: _native.Path) -> None:
+        """Writes everything as JSON, to the last bit; Camera.load reads the camera of it."""
+        call(lib.ptzcal_calibration_save, self._pointer, _native.path(path))
+
+    def __repr__(self) -> str:
+        return (
+            f"<ptzcal.Calibration: {self.inlier_count} of {self.measurements} used, "
+            f"rms {self.rms:.3g} px>"
+        )
+
+
+class _Options(Handle):
+    _free = "ptzcal_calibration_options_free"
+
+    def __init__(self, settings: dict) -> None:
+        self._make(lib.ptzcal_calibration_options_new)
+        for setting, value in settings.items():
+            if value is not None:
+                setter = getattr(lib, f"ptzcal_calibration_options_set_{setting}")
+                call(setter, self._pointer, value)
+
+
+def calibrate_camera(
+    correspondences: Correspondences,
+    *,
+    distortion: Union[DistortionModel, str, int, None] = None,
+    lens: Optional[Camera] = None,
+    skew_sigma: Optional[float] = None,
+    aspect_sigma: Optional[float] = None,
+    pixel_sigma: Optional[float] = None,
+    robust: Optional[bool] = None,
+    seed: Optional[int] = None,
+    max_focal_deviation: Optional[float] = None,
+    max_iterations: Optional[int] = None,
+    cancel: Optional[Cancel] = None,
+) -> Calibration:
+    """Finds intrinsics, lens and pose with their covariance; sets gross outliers aside.
+
+    What is None keeps the library's default. distortion: the lens model that is fitted (none).
+    lens: a camera whose lens is kept, so that only the pose is found. skew_sigma, aspect_sigma:
+    prior standard deviations of skew / f about 0 and of fx / fy about 1 (0.001; 0 forces, inf
+    frees). pixel_sigma: noise of pixels added without covariance (estimated). robust: set outliers
+    aside (True). max_focal_deviation: greatest relative deviation of the focal length (0.1).
+
+    Raises Error TOO_FEW_POINTS, DEGENERATE (the hint says what to add), NO_CONSENSUS,
+    NO_CONVERGENCE or LENS_NOT_MONOTONE; Cancelled.
+    """
+    settings = {
+        "distortion": None if distortion is None else member(DistortionModel, distortion, "distortion"),
+        "lens": None if lens is None else byref(lens._struct),
+        "skew_sigma": skew_sigma,
+        "aspect_sigma": aspect_sigma,
+        "pixel_sigma": pixel_sigma,
+        "robust": None if robust is None else bool(robust),
+        "seed": None if seed is None else unsigned(seed, "seed", 64),
+        "max_focal_deviation": max_focal_deviation,
+        "max_iterations": None if max_iterations is None else unsigned(max_iterations, "max_iterations"),
+        "cancel": pointer_of(cancel),
+    }
+    given = any(value is not None for value in settings.values())
+    return Calibration(correspondences, _Options(settings) if given else None)

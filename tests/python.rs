@@ -1,0 +1,138 @@
+//! The Python package and its examples against the library of this build.
+//!
+//! Python is `PYTHON` or python3. NumPy comes with it, or pip puts it into target/python-venv; where
+//! neither is to be had the tests are skipped, and say so.
+
+use std::env;
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::OnceLock;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+#[path = "support/data.rs"]
+mod data;
+#[path = "support/library.rs"]
+mod library;
+
+use library::{library, root};
+
+/// Runs a command for a limited time; what it printed, and whether it succeeded.
+fn output(command: &mut Command, limit: Duration) -> (bool, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("output");
+    let file = File::create(&path).unwrap();
+    let errors = file.try_clone().unwrap();
+    let Ok(mut child) = command.stdin(Stdio::null()).stdout(file).stderr(errors).spawn() else {
+        return (false, format!("{command:?} cannot be started"));
+    };
+    let end = Instant::now() + limit;
+    let success = loop {
+        match child.try_wait().unwrap() {
+            Some(status) => break Some(status.success()),
+            None if Instant::now() < end => sleep(Duration::from_millis(20)),
+            None => {
+                let _ = child.kill();
+                let _ = child.wait();
+                break None;
+            }
+        }
+    };
+    let mut text = String::from_utf8_lossy(&std::fs::read(&path).unwrap()).into_owned();
+    if success.is_none() {
+        text += &format!("\n{command:?} took longer than {limit:?}");
+    }
+    (success == Some(true), text)
+}
+
+fn has_numpy(python: &Path) -> bool {
+    output(Command::new(python).args(["-c", "import numpy"]), Duration::from_secs(60)).0
+}
+
+/// A Python with NumPy.
+fn python() -> Option<&'static Path> {
+    static PYTHON: OnceLock<Option<PathBuf>> = OnceLock::new();
+    let found = PYTHON.get_or_init(|| {
+        let system = PathBuf::from(env::var_os("PYTHON").unwrap_or("python3".into()));
+        if has_numpy(&system) {
+            return Some(system);
+        }
+        let folder = data::target().join("python-venv");
+        let python = folder.join("bin/python");
+        if has_numpy(&python) {
+            return Some(python);
+        }
+        let mut make = Command::new(&system);
+        let mut fill = Command::new(&python);
+        fill.args(["-m", "pip", "install", "--quiet", "--retries", "1", "--timeout", "15", "numpy"]);
+        let limit = Duration::from_secs(180);
+        let made = output(make.args(["-m", "venv"]).arg(&folder), limit).0 && output(&mut fill, limit).0;
+        (made && has_numpy(&python)).then_some(python)
+    });
+    if found.is_none() {
+        // Past the test runner's capture.
+        let why = "python3 with NumPy is not installed, and pip cannot install it";
+        let _ = writeln!(std::io::stderr(), "SKIPPED the Python tests: {why}");
+    }
+    found.as_deref()
+}
+
+/// Runs Python with the package and this build's library; its output.
+fn run(arguments: &[&str]) -> Option<String> {
+    let mut command = Command::new(python()?);
+    command
+        .args(["-W", "error"])
+        .args(arguments)
+        .current_dir(root())
+        .env("PTZCAL_LIBRARY", library().shared())
+        .env("PYTHONPATH", root().join("bindings/python"))
+        .env("PYTHONDONTWRITEBYTECODE", "1");
+    let (success, text) = output(&mut command, Duration::from_secs(300));
+    assert!(success, "python {}:\n{text}", arguments.join(" "));
+    Some(text)
+}
+
+#[test]
+fn package() {
+    if let Some(text) = run(&["-m", "unittest", "discover", "-s", "bindings/python/tests"]) {
+        assert!(text.contains("\nOK"), "{text}");
+    }
+}
+
+#[test]
+fn example_calibrates_from_points() {
+    if let Some(text) = run(&["examples/python/calibrate_from_points.py"]) {
+        let focal = text.lines().next().unwrap().split_whitespace().collect::<Vec<_>>();
+        let (value, sigma): (f64, f64) = (focal[1].parse().unwrap(), focal[3].parse().unwrap());
+        assert!((value - 845.19).abs() < 4.0 * sigma && sigma < 5.0, "{text}");
+    }
+}
+
+#[test]
+fn example_calibrates_a_real_camera() {
+    let Some(meva) = data::folder("meva") else { return };
+    let points = meva.join("corr/G341.csv");
+    let example = "examples/python/calibrate_from_points.py";
+    if let Some(text) = run(&[example, points.to_str().unwrap(), "1920", "1080"]) {
+        let focal: f64 = text.split_whitespace().nth(1).unwrap().parse().unwrap();
+        assert!((focal / 3361.2 - 1.0).abs() < 0.005, "{text}");
+    }
+}
+
+#[test]
+fn example_detects_a_spot() {
+    if let Some(text) = run(&["examples/python/detect_spot.py"]) {
+        assert!(text.starts_with("spot at (") && text.contains("signal to noise"), "{text}");
+    }
+}
+
+#[test]
+fn example_scans_the_simulator() {
+    if let Some(text) = run(&["examples/python/scan_simulator.py", "16", "12"]) {
+        let line = text.lines().last().unwrap();
+        let within: f64 = line.split("centre within ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+        assert!(within < 3.0, "{line}");
+    }
+}
