@@ -50,7 +50,7 @@ fn shots(count: u32) -> Vec<Shot> {
             peak: v(),
             signal_to_noise: v(),
             area: i,
-            saturated: i % 2 == 0,
+            saturated: i.is_multiple_of(2),
         })
     };
     (0..count)
