@@ -1,7 +1,6 @@
 # What people do with ptzcal; cargo does the work. `make` alone lists the targets.
 
 CARGO ?= cargo
-PYTHON ?= python3
 PREFIX ?= /usr/local
 LIBDIR ?= $(PREFIX)/lib
 INCLUDEDIR ?= $(PREFIX)/include
@@ -34,13 +33,9 @@ need-cc: need-cargo
 demo: need-cargo
 	$(CARGO) run --release --example demo
 
+# The C and Python tests are part of it: cargo builds the library and runs them against it.
 test: need-cc
 	$(CARGO) test
-	@if [ ! -d bindings/python/tests ]; then :; \
-	elif command -v $(PYTHON) >/dev/null; then \
-	  PTZCAL_LIBRARY="$(abspath $(TARGET))/debug/deps/libptzcal.so" PYTHONPATH=bindings/python \
-	    $(PYTHON) -m unittest discover -s bindings/python/tests; \
-	else echo "SKIPPED the Python tests: $(PYTHON) is not installed"; fi
 
 accuracy: need-cargo
 	$(CARGO) run --release --example accuracy

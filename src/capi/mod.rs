@@ -1,7 +1,8 @@
 //! The C API: translates and checks, computes nothing.
 //!
 //! Everything C can see is here, written out in full so that cbindgen sees it; include/ptzcal.h is
-//! made from these files in the order of tests/support/header.rs, and their doc comments are its text.
+//! made from these files in the order of tests/c_api/header.rs, and their comments are its text: the
+//! module's comment is the chapter's heading, and preface.h has the rules that hold for all.
 //!
 //! How an export is made (camera.rs is the shortest whole example):
 //! 1. `ErrorOut::new(error)` clears the caller's error pointer, `guard` runs the body, catches
@@ -9,6 +10,10 @@
 //! 2. The body first takes every pointer through `args`, `handle` or `sized`, in one `unsafe` block:
 //!    handles out first (they are set to NULL on entry), then inputs, then outputs.
 //! 3. Then safe code only; outputs are written last, so that a failure leaves them untouched.
+//!
+//! Every function's comment has its @param lines (those that may be NULL say "may be NULL", in these
+//! words), @return, "Threads: free|shared|exclusive." and "Since x.y.z." lines: tests read them, and
+//! call every function with every bad argument accordingly (tests/c_api/hostile.rs).
 #![allow(unsafe_code)]
 // The comments are the text of a C header.
 #![allow(rustdoc::broken_intra_doc_links)]

@@ -130,10 +130,10 @@ fn search(
             if found[first..].iter().any(known) {
                 continue;
             }
-            if let Some(candidate) = inspect(on, area, carrier, colour, options, [x, y], radius) {
-                if !found.iter().any(|c| (c.spot.x - candidate.spot.x).hypot(c.spot.y - candidate.spot.y) < 5.0) {
-                    found.push(candidate);
-                }
+            if let Some(candidate) = inspect(on, area, carrier, colour, options, [x, y], radius)
+                && !found.iter().any(|c| (c.spot.x - candidate.spot.x).hypot(c.spot.y - candidate.spot.y) < 5.0)
+            {
+                found.push(candidate);
             }
         }
         all.extend(seeds);

@@ -479,7 +479,7 @@ fn hot_pixels_lines_and_large_patches_are_no_spots() {
         let line = |u: f64, v: f64| 90.0 * (-(v - y - slope * (u - x)).powi(2) / 3.0).exp();
         refused(room.with(line), &mut random);
         // A line that is broken by what it falls on.
-        refused(room.with(|u, v| if (u / 9.0) as u32 % 3 == 0 { 0.0 } else { line(u, v) }), &mut random);
+        refused(room.with(|u, v| if ((u / 9.0) as u32).is_multiple_of(3) { 0.0 } else { line(u, v) }), &mut random);
         refused(room.with(|u, v| if (u - x).abs() < 30.0 && (v - y).abs() < 50.0 { 60.0 } else { 0.0 }), &mut random);
     }
 }

@@ -62,7 +62,7 @@ impl<'a> ImageView<'a> {
         if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE {
             return Err(Error::invalid("image", format!("{width} x {height} pixels")));
         }
-        if format == PixelFormat::Yuyv && width % 2 != 0 {
+        if format == PixelFormat::Yuyv && !width.is_multiple_of(2) {
             return Err(Error::invalid("image", format!("YUYV with an odd width of {width}")));
         }
         if planes.len() != format.planes() {

@@ -35,10 +35,10 @@ pub fn procrustes(from: &[Vector3<f64>], to: &[Vector3<f64>], weights: Option<&[
             return Err(Error::NotFinite { name, index });
         }
     }
-    if let Some(w) = weights {
-        if w.len() != from.len() || w.iter().any(|w| !(w.is_finite() && *w >= 0.0)) {
-            return Err(Error::invalid("weights", "one finite weight, not negative, for each point"));
-        }
+    if let Some(w) = weights
+        && (w.len() != from.len() || w.iter().any(|w| !(w.is_finite() && *w >= 0.0)))
+    {
+        return Err(Error::invalid("weights", "one finite weight, not negative, for each point"));
     }
     let weight = |i: usize| weights.map_or(1.0, |w| w[i]);
     let used = (0..from.len()).filter(|i| weight(*i) > 0.0).count();

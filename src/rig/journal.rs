@@ -57,13 +57,22 @@ pub(super) struct Resumed {
     pub repair: Option<JournalRepair>,
 }
 
+/// Two scans in one journal would tear each other's records. Held until the file is closed; a file
+/// system without locks is let pass.
+fn lock(file: &File) -> Result<()> {
+    match file.try_lock() {
+        Err(std::fs::TryLockError::WouldBlock) => Err(Error::Busy { what: "the journal" }),
+        _ => Ok(()),
+    }
+}
+
 impl Journal {
     /// Opens the journal at `path` for a scan of `positions` positions, or starts it. `sync`: wait
     /// for the disk at each shot.
     ///
     /// # Errors
-    /// `FileIo`; `FileFormat` for a file that is no journal (it is left alone); `FileVersion`;
-    /// `FileMismatch` for the journal of another scan.
+    /// `FileIo`; `Busy` for a journal that another scan is writing; `FileFormat` for a file that is no
+    /// journal (it is left alone); `FileVersion`; `FileMismatch` for the journal of another scan.
     pub fn open(path: &Path, identity: &Identity, positions: usize, sync: bool) -> Result<Resumed> {
         let io = |e: std::io::Error| Error::FileIo { path: path.display().to_string(), reason: e.to_string() };
         let journal = |file, end| Journal {
@@ -76,6 +85,7 @@ impl Journal {
         match fs::metadata(path) {
             Err(e) if e.kind() == ErrorKind::NotFound => {
                 let file = OpenOptions::new().read(true).write(true).create_new(true).open(path).map_err(io)?;
+                lock(&file)?;
                 let mut journal = journal(file, 0);
                 journal.write(&header(identity))?;
                 sync_directory(path);
@@ -91,6 +101,7 @@ impl Journal {
             Ok(_) => {}
         }
         let file = OpenOptions::new().read(true).write(true).open(path).map_err(io)?;
+        lock(&file)?;
         let mut journal = journal(file, 0);
         let (shots, repair) = journal.read(identity, positions)?;
         Ok(Resumed { journal, shots, repair })

@@ -398,6 +398,58 @@ typedef int32_t ptzcal_log_level;
 typedef void (*ptzcal_log_fn)(void *user, int32_t level, const char *message) PTZCAL_CALLBACK_NOEXCEPT;
 
 /* ================================================================================================
+ * Laser shots
+ *
+ * One position of a scan: where the head stood, and what its camera's spot says.
+ * ============================================================================================= */
+
+/** One position of a scan. */
+typedef struct ptzcal_shot {
+  /** Set by ptzcal_shot_init. */
+  uint32_t struct_size;
+  /** Position in the region: tilt step * pan_steps + pan step. */
+  uint32_t index;
+  /** The device's reading, radians. */
+  double pan;
+  /** The device's reading, radians. */
+  double tilt;
+  /** The device's own zoom scale. */
+  double zoom;
+  /** Seconds of the rig's clock. */
+  double time;
+  /** 1 when the head camera saw the spot; point, covariance and inverse depth are 0 otherwise. */
+  uint32_t found;
+  /** 1 when the point has a finite depth; point and covariance are 0 otherwise. */
+  uint32_t has_point;
+  /** How many fixed cameras saw the spot. */
+  uint32_t fixed_found;
+  /** What the head camera saw there without the laser: 0xRRGGBB. */
+  uint32_t colour;
+  /** The point in the rig's world, metres. */
+  double point[3];
+  /** Its covariance, row-major, m^2; of rank one, along the laser's line. */
+  double covariance[9];
+  /** 1 / depth along the head camera's axis, 1 / m; its noise is Gaussian. */
+  double inverse_depth;
+  /** Its variance, 1 / m^2. */
+  double inverse_depth_variance;
+  /** Squared distance of the spot from the laser's image line in standard deviations: about 1. */
+  double epipolar_chi2;
+} ptzcal_shot;
+
+/**
+ * Sets up a shot: everything 0.
+ *
+ * @param shot The struct.
+ * @param size sizeof *shot.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_shot_init(ptzcal_shot *shot, size_t size) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
  * Progress
  *
  * Long verbs take a callback that hears how far the work is and can stop it.
@@ -422,6 +474,13 @@ typedef struct ptzcal_progress {
   uint64_t total;
   /** Seconds since the work began. */
   double elapsed;
+  /** Estimated seconds until it is done; negative while nobody knows. */
+  double seconds_left;
+  /**
+   * A scan's newest shot, safe in the journal if there is one; NULL before the first, and for work
+   * that is no scan.
+   */
+  const ptzcal_shot *shot;
 } ptzcal_progress;
 
 /**
@@ -431,7 +490,7 @@ typedef struct ptzcal_progress {
  *
  * @param user     What was given with the callback.
  * @param progress Valid during the call.
- * @return 0 to go on; any other number stops the work with PTZCAL_STATUS_CANCELLED.
+ * @return 0 to go on; any other number stops the work. A scan that is stopped returns what it has.
  */
 typedef int32_t (*ptzcal_progress_fn)(void *user, const ptzcal_progress *progress) PTZCAL_CALLBACK_NOEXCEPT;
 
@@ -1788,6 +1847,1244 @@ ptzcal_status ptzcal_pose_estimate_copy_covariance(const ptzcal_pose_estimate *e
                                                    size_t capacity,
                                                    size_t *needed,
                                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Devices of the host
+ *
+ * A host that owns its cameras and its PTZ control hands them in as callbacks. All callbacks of a
+ * rig run on the thread that called the library, one at a time, and must not throw or longjmp. Each
+ * returns a ptzcal_status: PTZCAL_STATUS_OK, or what went wrong (PTZCAL_STATUS_DEVICE,
+ * PTZCAL_STATUS_DEVICE_LOST, PTZCAL_STATUS_DEVICE_TIMEOUT, PTZCAL_STATUS_UNSUPPORTED; any other
+ * number counts as PTZCAL_STATUS_DEVICE). A callback that never returns hangs the call that it
+ * serves: give it a time-out of its own. `user` is carried along and must live as long as the rig,
+ * or the scan, that the callbacks were given to.
+ * ============================================================================================= */
+
+/** What a head does at the moment. */
+enum {
+  /** It stands still. */
+  PTZCAL_MOTION_IDLE = 0,
+  /** It moves. */
+  PTZCAL_MOTION_MOVING = 1,
+  /** The last move ended without reaching its target. */
+  PTZCAL_MOTION_FAILED = 2,
+  /** The device does not say. */
+  PTZCAL_MOTION_UNKNOWN = 3,
+};
+typedef int32_t ptzcal_motion;
+
+/**
+ * Starts a move to pan and tilt (radians; positive pan right, positive tilt up) and returns, or
+ * returns when the head is there.
+ */
+typedef int32_t (*ptzcal_ptz_move_fn)(void *user, double pan, double tilt) PTZCAL_CALLBACK_NOEXCEPT;
+
+/** Reads the position: pan and tilt in radians, zoom from 0 (wide) to 1 (tele), 0 without zoom. */
+typedef int32_t (*ptzcal_ptz_position_fn)(void *user, double *pan, double *tilt, double *zoom) PTZCAL_CALLBACK_NOEXCEPT;
+
+/** Says whether the head moves: writes a ptzcal_motion. */
+typedef int32_t (*ptzcal_ptz_motion_fn)(void *user, int32_t *motion) PTZCAL_CALLBACK_NOEXCEPT;
+
+/** Stops the head at once, in every state. */
+typedef int32_t (*ptzcal_ptz_stop_fn)(void *user) PTZCAL_CALLBACK_NOEXCEPT;
+
+/** A pan-tilt head of the host. */
+typedef struct ptzcal_ptz {
+  /** Set by ptzcal_ptz_init. */
+  uint32_t struct_size;
+  /** 0. */
+  uint32_t reserved;
+  /** Least pan that the head reaches, radians. */
+  double pan_min;
+  /** Greatest pan, radians. */
+  double pan_max;
+  /** Least tilt, radians. */
+  double tilt_min;
+  /** Greatest tilt, radians. */
+  double tilt_max;
+  /** Size of an encoder step of pan, radians; 0 when unknown. */
+  double pan_step;
+  /** Size of an encoder step of tilt, radians; 0 when unknown. */
+  double tilt_step;
+  /** Handed to the callbacks. */
+  void *user;
+  /** Required. */
+  ptzcal_ptz_move_fn move_absolute;
+  /** Required. */
+  ptzcal_ptz_position_fn position;
+  /** May be NULL: positions and frames then tell whether a move is finished. */
+  ptzcal_ptz_motion_fn motion;
+  /** Required. */
+  ptzcal_ptz_stop_fn stop;
+} ptzcal_ptz;
+
+/** Switches the laser: `on` is 1 or 0. */
+typedef int32_t (*ptzcal_laser_fn)(void *user, int32_t on) PTZCAL_CALLBACK_NOEXCEPT;
+
+/**
+ * Hands over a frame whose exposure began at `not_before` (seconds of the rig's clock) or later,
+ * waiting at most `timeout` seconds: PTZCAL_STATUS_DEVICE_TIMEOUT then. `image` is set up; fill in
+ * format, size, planes and strides. The pixels must stay until the callback returns and are then
+ * copied before anything else is called. `timestamp` receives when the exposure began, on the rig's
+ * clock; a source that does not know writes NAN and gives the newest frame: the library then drops
+ * some frames after each change.
+ */
+typedef int32_t (*ptzcal_frame_fn)(void *user,
+                                   double not_before,
+                                   double timeout,
+                                   ptzcal_image *image,
+                                   double *timestamp) PTZCAL_CALLBACK_NOEXCEPT;
+
+/** Seconds since any fixed moment; never goes back. The clock that stamps the frames. */
+typedef double (*ptzcal_clock_now_fn)(void *user) PTZCAL_CALLBACK_NOEXCEPT;
+
+/** Lets seconds pass on that clock. */
+typedef void (*ptzcal_clock_sleep_fn)(void *user, double seconds) PTZCAL_CALLBACK_NOEXCEPT;
+
+/**
+ * Sets up a head: no range, no callbacks.
+ *
+ * @param ptz  The struct.
+ * @param size sizeof *ptz.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_ptz_init(ptzcal_ptz *ptz, size_t size) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Simulator
+ *
+ * A rig in a furnished room, for tests and for learning: a head with camera and laser, and fixed
+ * cameras, all rendered, with noise, motion, backlash, reflections and a clock of its own that runs
+ * as fast as the work is done. A rig opened with the address of a simulator uses one; the functions
+ * here also serve as devices for a host that tries out its own callbacks, and tell the truth that
+ * results are compared with. Angles are radians, times are seconds of the simulator's clock.
+ * ============================================================================================= */
+
+/** The number of the head camera where a camera is asked for; fixed cameras count from 0. */
+#define PTZCAL_HEAD_CAMERA 4294967295
+
+/** A simulated rig. The functions may be called from several threads at a time. */
+typedef struct ptzcal_simulator ptzcal_simulator;
+
+/**
+ * Makes a simulator.
+ *
+ * @param address   "sim:room", with options behind a question mark: "sim:room?seed=3&station=2".
+ *                  An unknown option is refused with a list of the known ones.
+ * @param simulator Receives the simulator; free it with ptzcal_simulator_free.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_simulator_new(const char *address,
+                                   ptzcal_simulator **simulator,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a simulator. A rig that uses it keeps it alive for itself.
+ *
+ * @param simulator The simulator; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_simulator_free(ptzcal_simulator *simulator) PTZCAL_NOEXCEPT;
+
+/**
+ * What the owner of such a rig would know of it: the truth less a small misalignment.
+ *
+ * @param simulator The simulator.
+ * @param model     Receives the model; set up by ptzcal_rig_model_init.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_simulator_nominal_rig(const ptzcal_simulator *simulator,
+                                           ptzcal_rig_model *model,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The true rig.
+ *
+ * @param simulator The simulator.
+ * @param model     Receives the model; set up by ptzcal_rig_model_init.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_simulator_true_rig(const ptzcal_simulator *simulator,
+                                        ptzcal_rig_model *model,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * How many fixed cameras there are.
+ *
+ * @param simulator The simulator.
+ * @param count     Receives the number.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_simulator_fixed_cameras(const ptzcal_simulator *simulator,
+                                             size_t *count,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * A fixed camera as it truly is, in the rig's frame.
+ *
+ * @param simulator The simulator.
+ * @param index     Which fixed camera, from 0.
+ * @param camera    Receives the camera; set up by ptzcal_camera_init.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT when there is no such camera.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_simulator_true_camera(const ptzcal_simulator *simulator,
+                                           uint32_t index,
+                                           ptzcal_camera *camera,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Where the rig truly stands: X_room = R X_rig + t, the room's frame being that of station 1.
+ *
+ * @param simulator The simulator.
+ * @param pose      Receives rotation, translation and angle; set up by ptzcal_pose_init.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_simulator_true_station(const ptzcal_simulator *simulator,
+                                            ptzcal_pose *pose,
+                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Moves the simulated head: as a PTZ callback does.
+ *
+ * @param simulator The simulator.
+ * @param pan       Radians.
+ * @param tilt      Radians.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNREACHABLE; PTZCAL_STATUS_DEVICE_LOST.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_simulator_move(const ptzcal_simulator *simulator,
+                                    double pan,
+                                    double tilt,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Reads the simulated head's position.
+ *
+ * @param simulator The simulator.
+ * @param pan       Receives radians.
+ * @param tilt      Receives radians.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_DEVICE_LOST.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_simulator_position(const ptzcal_simulator *simulator,
+                                        double *pan,
+                                        double *tilt,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Says whether the simulated head moves.
+ *
+ * @param simulator The simulator.
+ * @param motion    Receives a ptzcal_motion.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_DEVICE_LOST.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_simulator_motion(const ptzcal_simulator *simulator,
+                                      int32_t *motion,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Stops the simulated head.
+ *
+ * @param simulator The simulator.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_DEVICE_LOST.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_simulator_stop(const ptzcal_simulator *simulator,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Switches the simulated laser. What was switched on here goes off when the simulator is freed.
+ *
+ * @param simulator The simulator.
+ * @param on        1 or 0.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_DEVICE.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_simulator_set_laser(const ptzcal_simulator *simulator,
+                                         int32_t on,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Waits for a frame of a simulated camera; waiting moves the clock.
+ *
+ * @param simulator  The simulator.
+ * @param camera     A fixed camera from 0, or PTZCAL_HEAD_CAMERA.
+ * @param not_before The frame's exposure begins then or later.
+ * @param timeout    Longest wait, seconds.
+ * @param image      Receives the frame; set up by ptzcal_image_init. Its pixels stay until the next
+ *                   call for the same camera, and until the simulator is freed.
+ * @param timestamp  Receives when the exposure began.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_DEVICE_TIMEOUT; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_simulator_next_frame(const ptzcal_simulator *simulator,
+                                          uint32_t camera,
+                                          double not_before,
+                                          double timeout,
+                                          ptzcal_image *image,
+                                          double *timestamp,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The simulator's clock.
+ *
+ * @param simulator The simulator.
+ * @param now       Receives seconds.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_simulator_now(const ptzcal_simulator *simulator,
+                                   double *now,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Lets seconds of the simulator's clock pass, at once.
+ *
+ * @param simulator The simulator.
+ * @param seconds   0 or more.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_simulator_sleep(const ptzcal_simulator *simulator,
+                                     double seconds,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Rigs
+ *
+ * A rig is a pan-tilt head with a camera and a laser. It is opened on the host's callbacks or on an
+ * address. The laser is off whenever the library is not sure: while the head moves, on every error,
+ * when a call is cancelled, and from the moment a rig is closed.
+ * ============================================================================================= */
+
+/** An open rig. */
+typedef struct ptzcal_rig ptzcal_rig;
+
+/** What a rig is made of, and how it behaves. */
+typedef struct ptzcal_rig_options ptzcal_rig_options;
+
+/**
+ * Makes options: no devices, defaults for everything else.
+ *
+ * @param options Receives the options; free them with ptzcal_rig_options_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_options_new(ptzcal_rig_options **options,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees options. Rigs opened with them live on, and go on using the callbacks.
+ *
+ * @param options The options; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_rig_options_free(ptzcal_rig_options *options) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the address of the devices. Callbacks that are set as well take their place one by one.
+ *
+ * @param options The options.
+ * @param address "sim:room?key=value&..."; may be NULL: none. It may hold no password.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; opening says whether the address exists.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_options_set_address(ptzcal_rig_options *options,
+                                             const char *address,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the rig model. A simulator brings one of its own; all other rigs need it.
+ *
+ * @param options The options.
+ * @param model   The model.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT for a model that
+ *         makes no sense.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_options_set_model(ptzcal_rig_options *options,
+                                           const ptzcal_rig_model *model,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the host's head.
+ *
+ * @param options The options.
+ * @param ptz     The head; the struct is copied.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NULL_POINTER for a missing callback.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_options_set_ptz(ptzcal_rig_options *options,
+                                         const ptzcal_ptz *ptz,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the host's laser. ptzcal_rig_emergency_off calls it from its own thread.
+ *
+ * @param options The options.
+ * @param set     Switches the laser.
+ * @param user    Handed to the callback.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NULL_POINTER.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_options_set_laser(ptzcal_rig_options *options,
+                                           ptzcal_laser_fn set,
+                                           void *user,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets where the head camera's frames come from.
+ *
+ * @param options    The options.
+ * @param next_frame Hands over a frame.
+ * @param user       Handed to the callback.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NULL_POINTER.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_options_set_frames(ptzcal_rig_options *options,
+                                            ptzcal_frame_fn next_frame,
+                                            void *user,
+                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the clock that stamps the host's frames. Without one it is the system's monotonic clock,
+ * counted from the opening of the rig: frames then need no timestamp (NAN).
+ *
+ * @param options The options.
+ * @param now     Reads the clock.
+ * @param sleep   Waits.
+ * @param user    Handed to the callbacks.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NULL_POINTER.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_options_set_clock(ptzcal_rig_options *options,
+                                           ptzcal_clock_now_fn now,
+                                           ptzcal_clock_sleep_fn sleep,
+                                           void *user,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets where the rig's messages go.
+ *
+ * @param options  The options.
+ * @param callback Receives messages; may be NULL: none are made (the default).
+ * @param user     Handed to the callback.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_options_set_log(ptzcal_rig_options *options,
+                                         ptzcal_log_fn callback,
+                                         void *user,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets when a move is finished: the device says so (where it does), some readings in a row are
+ * equal, and the head camera's picture stands still.
+ *
+ * @param options      The options.
+ * @param readings     Equal readings in a row, at least 2; the default is 3.
+ * @param duration     Seconds that they span; the default is 0.15.
+ * @param overshoot    Radians that a move goes past its target first when it comes from the upper
+ *                     side, so that every target is approached from below (backlash); the default
+ *                     is 0.01, 0 goes straight there.
+ * @param move_timeout Longest time for a move, seconds; the default is 30.
+ * @param picture      Longest wait for a still picture, seconds; the default is 5, 0 does not look.
+ * @param error        Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; opening refuses what makes no sense
+ *         together.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_options_set_settle(ptzcal_rig_options *options,
+                                            uint32_t readings,
+                                            double duration,
+                                            double overshoot,
+                                            double move_timeout,
+                                            double picture,
+                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets how frames are waited for.
+ *
+ * @param options      The options.
+ * @param timeout      Longest wait for a frame, seconds; the default is 3.
+ * @param stale_frames Frames without timestamps to drop after each change; the default is 4: the
+ *                     depth of the source's buffers and one.
+ * @param error        Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_options_set_frame_wait(ptzcal_rig_options *options,
+                                                double timeout,
+                                                uint32_t stale_frames,
+                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the longest time that the laser stays on. It is enforced whenever the library has control:
+ * a callback that does not return keeps it from acting.
+ *
+ * @param options The options.
+ * @param seconds Positive; the default is 2.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_options_set_laser_max_on(ptzcal_rig_options *options,
+                                                  double seconds,
+                                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Opens a rig: takes its devices over and switches the laser off; the head does not move.
+ *
+ * @param options What the rig is made of.
+ * @param rig     Receives the rig; close it with ptzcal_rig_close.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for missing devices, a missing model and
+ *         values that make no sense; PTZCAL_STATUS_UNSUPPORTED for an address that this version
+ *         does not know; PTZCAL_STATUS_DEVICE and its kin when a device fails.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_open(const ptzcal_rig_options *options,
+                              ptzcal_rig **rig,
+                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Closes a rig: stops the head, switches the laser off for good, frees the handle. The handle is
+ * gone whatever is returned. Also right after an earlier call panicked.
+ *
+ * @param rig   The rig; may be NULL: nothing happens. No other call may be at work with it.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; the device's own when the head or the laser could not be switched off.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_close(ptzcal_rig *rig, ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The rig's model.
+ *
+ * @param rig   The rig.
+ * @param model Receives the model; set up by ptzcal_rig_model_init.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_get_model(const ptzcal_rig *rig,
+                                   ptzcal_rig_model *model,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The simulator behind a rig that was opened with its address: the same room, the same truth.
+ *
+ * @param rig       The rig.
+ * @param simulator Receives the simulator; free it with ptzcal_simulator_free.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNSUPPORTED when there is none.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_simulator(const ptzcal_rig *rig,
+                                   ptzcal_simulator **simulator,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Moves the head and waits until it stands still. The laser is off before it moves.
+ *
+ * @param rig   The rig.
+ * @param pan   Reading of the device, radians; positive is right.
+ * @param tilt  Reading of the device, radians; positive is up.
+ * @param token Stops the move from another thread; may be NULL.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNREACHABLE outside the head's range;
+ *         PTZCAL_STATUS_DEVICE_TIMEOUT when it does not arrive; PTZCAL_STATUS_CANCELLED: the head
+ *         was stopped; PTZCAL_STATUS_BUSY; a device's own.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_move(ptzcal_rig *rig,
+                              double pan,
+                              double tilt,
+                              const ptzcal_cancel *token,
+                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Reads where the head is.
+ *
+ * @param rig   The rig.
+ * @param pan   Receives the reading, radians.
+ * @param tilt  Receives the reading, radians.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY; a device's own.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_position(ptzcal_rig *rig,
+                                  double *pan,
+                                  double *tilt,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Turns the head so that the laser hits a point, and waits until it stands still.
+ *
+ * @param rig   The rig.
+ * @param xyz   3 numbers: the point in the rig's world, metres.
+ * @param token Stops the move from another thread; may be NULL.
+ * @param pan   Receives the reading aimed at, radians; may be NULL.
+ * @param tilt  Receives the reading aimed at, radians; may be NULL.
+ * @param error Receives the error; may be NULL.
+ * @return As ptzcal_rig_move; PTZCAL_STATUS_UNREACHABLE also for points nearer than the laser's
+ *         distance from the axes.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_aim_at_point(ptzcal_rig *rig,
+                                      const double *xyz,
+                                      const ptzcal_cancel *token,
+                                      double *pan,
+                                      double *tilt,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Turns the head so that the laser hits what the head camera sees now at a pixel.
+ *
+ * @param rig   The rig.
+ * @param u     Pixel in the head camera's image.
+ * @param v     Pixel in the head camera's image.
+ * @param depth Distance of what is seen along the camera's axis, metres, positive.
+ * @param token Stops the move from another thread; may be NULL.
+ * @param pan   Receives the reading aimed at, radians; may be NULL.
+ * @param tilt  Receives the reading aimed at, radians; may be NULL.
+ * @param error Receives the error; may be NULL.
+ * @return As ptzcal_rig_aim_at_point.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_aim_at_pixel(ptzcal_rig *rig,
+                                      double u,
+                                      double v,
+                                      double depth,
+                                      const ptzcal_cancel *token,
+                                      double *pan,
+                                      double *tilt,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The readings at which the laser of a rig hits a point, without moving anything.
+ *
+ * @param model The rig's model.
+ * @param xyz   3 numbers: the point in the rig's world, metres.
+ * @param pan   Receives the reading, radians; may be NULL.
+ * @param tilt  Receives the reading, radians; may be NULL.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNREACHABLE; PTZCAL_STATUS_NOT_FINITE;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a model that makes no sense.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_model_aim(const ptzcal_rig_model *model,
+                                   const double *xyz,
+                                   double *pan,
+                                   double *tilt,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Switches the laser by hand. On is refused while the head moves. It goes off again by itself only
+ * when a call on this rig finds that its longest time on is over; the next move switches it off.
+ *
+ * @param rig   The rig.
+ * @param on    1 or 0.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_LASER_REFUSED; PTZCAL_STATUS_BUSY; a device's own.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_set_laser(ptzcal_rig *rig,
+                                   int32_t on,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Stops the head and switches the laser off, now. While another thread's call is at work with the
+ * rig, that call is cancelled instead: it stops the head and switches the laser off on its way out.
+ *
+ * @param rig   The rig.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; a device's own when it did not obey.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_stop(const ptzcal_rig *rig, ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Switches the laser off and keeps it off until ptzcal_rig_release, from any thread and whatever
+ * else is going on. Call it from an interlock, a timer, a button.
+ *
+ * @param rig   The rig.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; the laser's own when it did not obey: cut its power.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_emergency_off(const ptzcal_rig *rig,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Ends an emergency: the laser may be switched on again.
+ *
+ * @param rig   The rig.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_LASER_REFUSED when the laser cannot be trusted.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_release(const ptzcal_rig *rig,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Scanning a region
+ *
+ * A scan turns the head over a grid of positions, measures a point with the laser at each, and
+ * watches any number of fixed cameras at the same time. It goes over the region twice: a coarse
+ * subset of positions tells roughly where each fixed camera stands, and for all others the spot is
+ * looked for only where it can be. With a journal, a scan that is killed goes on where it was.
+ * ============================================================================================= */
+
+/** What a scan measured. Immutable: any number of threads may read it. */
+typedef struct ptzcal_scan ptzcal_scan;
+
+/** How a region is scanned. */
+typedef struct ptzcal_scan_options ptzcal_scan_options;
+
+/**
+ * The pan and tilt positions of a scan: a grid, both ends included; a single step stands in the
+ * middle.
+ */
+typedef struct ptzcal_region {
+  /** Set by ptzcal_region_init. */
+  uint32_t struct_size;
+  /** Positions of pan, at least 1. */
+  uint32_t pan_steps;
+  /** Positions of tilt, at least 1. At most 1,000,000 positions in all. */
+  uint32_t tilt_steps;
+  /** 0. */
+  uint32_t reserved;
+  /** Least reading of pan, radians. */
+  double pan_min;
+  /** Greatest reading of pan, radians. */
+  double pan_max;
+  /** Least reading of tilt, radians. */
+  double tilt_min;
+  /** Greatest reading of tilt, radians. */
+  double tilt_max;
+} ptzcal_region;
+
+/** What a scan came to. */
+typedef struct ptzcal_scan_summary {
+  /** Set by ptzcal_scan_summary_init. */
+  uint32_t struct_size;
+  /** 1 when every position was visited; ptzcal_scan_end says why not. */
+  uint32_t complete;
+  /** Positions of the region. */
+  uint64_t positions;
+  /** Shots taken, those of the journal included. */
+  uint64_t shots;
+  /** Shots read from the journal. */
+  uint64_t resumed;
+  /** Shots whose spot the head camera saw. */
+  uint64_t found;
+  /** Fixed cameras watched. */
+  uint64_t fixed_cameras;
+  /** Records of the journal that were damaged; their positions were measured again. */
+  uint64_t journal_damaged;
+  /** Bytes of an unfinished record that were cut off the journal's end. */
+  uint64_t journal_cut;
+} ptzcal_scan_summary;
+
+/**
+ * Sets up a region: one position, straight ahead.
+ *
+ * @param region The struct.
+ * @param size   sizeof *region.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_region_init(ptzcal_region *region, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a summary: everything 0.
+ *
+ * @param summary The struct.
+ * @param size    sizeof *summary.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_summary_init(ptzcal_scan_summary *summary,
+                                       size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes options with their defaults: no fixed cameras, one frame per state, no journal.
+ *
+ * @param options Receives the options; free them with ptzcal_scan_options_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_new(ptzcal_scan_options **options,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees options.
+ *
+ * @param options The options; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_scan_options_free(ptzcal_scan_options *options) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a fixed camera of the host to those that the scan watches.
+ *
+ * @param options    The options.
+ * @param next_frame Hands over a frame, stamped by the rig's clock.
+ * @param user       Handed to the callback.
+ * @param width      Image size in pixels, 1 to 65536.
+ * @param height     Image size in pixels, 1 to 65536.
+ * @param index      Receives the camera's number, from 0 in the order of adding; may be NULL.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NULL_POINTER.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_add_camera(ptzcal_scan_options *options,
+                                             ptzcal_frame_fn next_frame,
+                                             void *user,
+                                             uint32_t width,
+                                             uint32_t height,
+                                             uint32_t *index,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a fixed camera by its address.
+ *
+ * @param options The options.
+ * @param address "sim:fixed/0": the first fixed camera of the rig's simulator.
+ * @param index   Receives the camera's number, from 0 in the order of adding; may be NULL.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_UNSUPPORTED.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_add_camera_address(ptzcal_scan_options *options,
+                                                     const char *address,
+                                                     uint32_t *index,
+                                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Says what is known of a watched camera, so that its spots are looked for in the right place from
+ * the first shot.
+ *
+ * @param options The options.
+ * @param camera  The camera's number.
+ * @param known   The camera, calibrated in the rig's world; may be NULL: nothing is known (the
+ *                default).
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_set_known_camera(ptzcal_scan_options *options,
+                                                   uint32_t camera,
+                                                   const ptzcal_camera *known,
+                                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the lens model with which a watched camera is calibrated between the two passes.
+ *
+ * @param options The options.
+ * @param camera  The camera's number.
+ * @param model   A ptzcal_distortion_model; the default is PTZCAL_DISTORTION_MODEL_RADIAL1.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_set_distortion(ptzcal_scan_options *options,
+                                                 uint32_t camera,
+                                                 uint32_t model,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets how many frames are averaged with the laser off, and with it on.
+ *
+ * @param options The options.
+ * @param frames  1 to 256; the default is 1.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_set_frames_per_state(ptzcal_scan_options *options,
+                                                       uint32_t frames,
+                                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets about how many positions the coarse pass takes.
+ *
+ * @param options The options.
+ * @param shots   The default is 80; 0: no coarse pass.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_set_coarse_shots(ptzcal_scan_options *options,
+                                                   uint32_t shots,
+                                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets how spots are found; region and band of the spot options are set by the scan.
+ *
+ * @param options The options.
+ * @param spot    The spot options, copied; may be NULL: the defaults.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_set_spot(ptzcal_scan_options *options,
+                                           const ptzcal_spot_options *spot,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets where spots can be: the depths of the scene, and how far from its predicted place a spot may
+ * be.
+ *
+ * @param options     The options.
+ * @param nearest     Metres along the head camera's axis, positive; the default is 0.3.
+ * @param farthest    Metres; the default is 100.
+ * @param half_width  Half the width of the bands that are searched, pixels; the default is 16: the
+ *                    spot with its halo has to fit in.
+ * @param model_sigma Standard deviation of the rig model's errors in its images, pixels; the default
+ *                    is 1.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; the scan refuses values that make no sense.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_set_gate(ptzcal_scan_options *options,
+                                           double nearest,
+                                           double farthest,
+                                           double half_width,
+                                           double model_sigma,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the journal: each shot is in it before it is reported. When the file is there and belongs to
+ * the same scan, the scan goes on from it; a file that is no journal is never touched.
+ *
+ * @param options The options.
+ * @param path    The file; may be NULL: none (the default).
+ * @param sync    1: wait for the disk at each shot, so that a power cut loses none either; 0: do not.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_set_journal(ptzcal_scan_options *options,
+                                              const char *path,
+                                              int32_t sync,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the token that stops the scan.
+ *
+ * @param options The options.
+ * @param token   The token; may be NULL: none (the default). It may be freed before the options.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_set_cancel(ptzcal_scan_options *options,
+                                             const ptzcal_cancel *token,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Scans a region. A scan that ends early (stopped by the callback, cancelled, a device or the
+ * journal failed) still returns what it measured: PTZCAL_STATUS_OK with a scan that is not
+ * complete, and ptzcal_scan_end says why. However it ends, the laser is off and the head was told to
+ * stop.
+ *
+ * @param rig      The rig.
+ * @param region   The positions.
+ * @param options  The options; may be NULL: the defaults, without fixed cameras.
+ * @param progress Hears of each shot and can stop the scan; may be NULL.
+ * @param user     Handed to the callback.
+ * @param scan     Receives the scan; free it with ptzcal_scan_free.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; and before anything moves PTZCAL_STATUS_INVALID_ARGUMENT,
+ *         PTZCAL_STATUS_UNREACHABLE for a region out of the head's reach, PTZCAL_STATUS_FILE_IO and
+ *         its kin for the journal, PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_scan_region(ptzcal_rig *rig,
+                                     const ptzcal_region *region,
+                                     const ptzcal_scan_options *options,
+                                     ptzcal_progress_fn progress,
+                                     void *user,
+                                     ptzcal_scan **scan,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a scan.
+ *
+ * @param scan The scan; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_scan_free(ptzcal_scan *scan) PTZCAL_NOEXCEPT;
+
+/**
+ * What a scan came to.
+ *
+ * @param scan    The scan.
+ * @param summary Receives the summary; set up by ptzcal_scan_summary_init.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_get_summary(const ptzcal_scan *scan,
+                                      ptzcal_scan_summary *summary,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * How a scan ended: fails with the reason when it is not complete.
+ *
+ * @param scan  The scan.
+ * @param error Receives the reason; may be NULL.
+ * @return PTZCAL_STATUS_OK for a complete scan; PTZCAL_STATUS_CANCELLED when it was stopped or
+ *         cancelled; the status of the device or file that failed.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_end(const ptzcal_scan *scan, ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * A shot of a scan, in the order in which they were taken.
+ *
+ * @param scan  The scan.
+ * @param index From 0 to the number of shots less 1.
+ * @param shot  Receives the shot; set up by ptzcal_shot_init.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT when there is no such shot.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_get_shot(const ptzcal_scan *scan,
+                                   size_t index,
+                                   ptzcal_shot *shot,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Where a camera saw the spot of a shot.
+ *
+ * @param scan   The scan.
+ * @param index  The shot.
+ * @param camera A fixed camera's number, or PTZCAL_HEAD_CAMERA.
+ * @param spot   Receives the spot; set up by ptzcal_spot_init.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FOUND or PTZCAL_STATUS_AMBIGUOUS when the camera has no
+ *         spot for this shot (the message says why); PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_get_spot(const ptzcal_scan *scan,
+                                   size_t index,
+                                   uint32_t camera,
+                                   ptzcal_spot *spot,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the measured points, in the order of the shots; shots without a point are left out.
+ *
+ * @param scan     The scan.
+ * @param xyz      Receives 3 numbers a point, metres; may be NULL when capacity is 0.
+ * @param capacity Numbers that fit.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: nothing was copied.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_copy_points(const ptzcal_scan *scan,
+                                      double *xyz,
+                                      size_t capacity,
+                                      size_t *needed,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds to a set what the head camera and a fixed camera saw together: the calibration of that
+ * camera from this scan.
+ *
+ * @param set    The set, for the camera's image size.
+ * @param scan   The scan.
+ * @param camera The fixed camera's number.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a camera that was not watched or has
+ *         another image size; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_correspondences_add_scan(ptzcal_correspondences *set,
+                                              const ptzcal_scan *scan,
+                                              uint32_t camera,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a plane fitted to the shots of a scan within a range of readings: the scan of a region that
+ * shows one plane, or a part of it that does.
+ *
+ * @param edges  The set.
+ * @param scan   The scan.
+ * @param region The range of readings; its steps do not matter; may be NULL: all shots.
+ * @param plane  Receives the plane's number in the set.
+ * @param error  Receives the error; may be NULL.
+ * @return As ptzcal_roof_edges_add_plane_shots.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_roof_edges_add_plane_scan(ptzcal_roof_edges *edges,
+                                               const ptzcal_scan *scan,
+                                               const ptzcal_region *region,
+                                               uint32_t *plane,
+                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 #ifdef __cplusplus
 } /* extern "C" */

@@ -19,20 +19,23 @@ int main(void)
 {
   double before;
   int i, status;
-  make_fixtures();
+  make_camera(fixture_camera);
+  make_points(fixture_camera, fixture_xyz, fixture_uv, FIXTURE_POINTS, 0.3);
+  CHECK_OK(ptzcal_correspondences_new(800, 600, &fixture_correspondences, NULL));
+  CHECK_OK(ptzcal_correspondences_add_points(fixture_correspondences, fixture_xyz, fixture_uv, FIXTURE_POINTS, NULL));
   before = focal_length();
   for (i = 0; i < 3; i++) {
     pid_t child = fork();
     CHECK(child >= 0);
     if (child == 0) {
       CHECK(focal_length() == before);
-      free_fixtures();
+      ptzcal_correspondences_free(fixture_correspondences);
       _exit(0);
     }
     CHECK(waitpid(child, &status, 0) == child);
     CHECK(WIFEXITED(status) && WEXITSTATUS(status) == 0);
   }
   CHECK(focal_length() == before);
-  free_fixtures();
+  ptzcal_correspondences_free(fixture_correspondences);
   return 0;
 }

@@ -8,14 +8,22 @@
 /* A host's rig that remembers what was asked of it. */
 typedef struct host {
   double pan, tilt, time;
-  int laser, moves, stops, moved_with_laser_on, fail;
+  int laser, moves, stops, moved_with_laser_on, fail, disturb;
+  ptzcal_rig *rig;
+  ptzcal_cancel *token;
 } host;
+
+static void *meanwhile(void *user);
 
 static int32_t host_move(void *user, double pan, double tilt)
 {
   host *h = (host *)user;
   h->moves++;
   h->moved_with_laser_on |= h->laser;
+  if (h->disturb) {
+    pthread_t other;
+    CHECK(pthread_create(&other, NULL, meanwhile, h) == 0 && pthread_join(other, NULL) == 0);
+  }
   if (h->fail) return h->fail;
   h->pan = pan;
   h->tilt = tilt;
@@ -172,48 +180,70 @@ static void what_does_not_open(void)
   ptzcal_rig_options_free(options);
 }
 
-static ptzcal_rig *shared_rig;
-static ptzcal_cancel *token;
-
-static void *move_for_ever(void *status)
+/* A call is at work: another thread is told so, and stops it. */
+static void *meanwhile(void *user)
 {
-  double pan = 0.2;
-  do {
-    pan = -pan;
-    *(ptzcal_status *)status = ptzcal_rig_move(shared_rig, pan, 0.0, token, NULL);
-  } while (*(ptzcal_status *)status == PTZCAL_STATUS_OK || *(ptzcal_status *)status == PTZCAL_STATUS_BUSY);
+  host *h = (host *)user;
+  double pan, tilt;
+  ptzcal_error *error = NULL;
+  CHECK_STATUS(PTZCAL_STATUS_BUSY, ptzcal_rig_position(h->rig, &pan, &tilt, &error));
+  CHECK(*ptzcal_error_hint(error));
+  ptzcal_error_free(error);
+  CHECK_STATUS(PTZCAL_STATUS_BUSY, ptzcal_rig_set_laser(h->rig, 1, NULL));
+  if (h->token)
+    CHECK_OK(ptzcal_cancel_request(h->token));
+  else
+    CHECK_OK(ptzcal_rig_stop(h->rig, NULL));
   return NULL;
 }
 
-/* One thread moves; another is told that the rig is busy, and stops it. */
-static void on_an_address_with_threads(void)
+static void with_threads(void)
 {
-  pthread_t mover;
+  host h;
+  ptzcal_rig_options *options;
+  double pan, tilt;
+  memset(&h, 0, sizeof h);
+  options = options_of(&h);
+  CHECK_OK(ptzcal_rig_open(options, &h.rig, NULL));
+  ptzcal_rig_options_free(options);
+  CHECK_OK(ptzcal_cancel_new(&h.token, NULL));
+  h.disturb = 1;
+  CHECK_STATUS(PTZCAL_STATUS_CANCELLED, ptzcal_rig_move(h.rig, 0.2, 0.0, h.token, NULL));
+  CHECK(h.stops > 0 && !h.laser);
+  ptzcal_cancel_free(h.token);
+  h.token = NULL;
+  h.stops = 0;
+  CHECK_STATUS(PTZCAL_STATUS_CANCELLED, ptzcal_rig_move(h.rig, -0.2, 0.0, NULL, NULL));
+  CHECK(h.stops > 0);
+  h.disturb = 0;
+  CHECK_OK(ptzcal_rig_move(h.rig, 0.1, 0.0, NULL, NULL));
+  CHECK_OK(ptzcal_rig_position(h.rig, &pan, &tilt, NULL));
+  CHECK_NEAR(pan, 0.1, 1e-12);
+  CHECK_OK(ptzcal_rig_close(h.rig, NULL));
+}
+
+static void on_an_address(void)
+{
+  ptzcal_rig *rig;
   ptzcal_rig_options *options;
   ptzcal_simulator *simulator;
   ptzcal_rig_model model, truth;
-  ptzcal_status end = PTZCAL_STATUS_OK;
   double pan, tilt;
   CHECK_OK(ptzcal_rig_options_new(&options, NULL));
   CHECK_OK(ptzcal_rig_options_set_address(options, "sim:room?seed=5", NULL));
   CHECK_OK(ptzcal_rig_options_set_settle(options, 2, 0.1, 0.0, 30.0, 0.0, NULL));
-  CHECK_OK(ptzcal_rig_open(options, &shared_rig, NULL));
+  CHECK_OK(ptzcal_rig_open(options, &rig, NULL));
   ptzcal_rig_options_free(options);
   CHECK_OK(ptzcal_rig_model_init(&model, sizeof model));
   CHECK_OK(ptzcal_rig_model_init(&truth, sizeof truth));
-  CHECK_OK(ptzcal_rig_get_model(shared_rig, &model, NULL));
-  CHECK_OK(ptzcal_rig_simulator(shared_rig, &simulator, NULL));
+  CHECK_OK(ptzcal_rig_get_model(rig, &model, NULL));
+  CHECK_OK(ptzcal_rig_simulator(rig, &simulator, NULL));
   CHECK_OK(ptzcal_simulator_true_rig(simulator, &truth, NULL));
   CHECK_NEAR(model.fx, truth.fx, 0.05 * truth.fx);
-
-  CHECK_OK(ptzcal_cancel_new(&token, NULL));
-  CHECK(pthread_create(&mover, NULL, move_for_ever, &end) == 0);
-  while (ptzcal_rig_position(shared_rig, &pan, &tilt, NULL) != PTZCAL_STATUS_BUSY) continue;
-  CHECK_OK(ptzcal_cancel_request(token));
-  CHECK(pthread_join(mover, NULL) == 0 && end == PTZCAL_STATUS_CANCELLED);
-  CHECK_OK(ptzcal_rig_position(shared_rig, &pan, &tilt, NULL));
-  ptzcal_cancel_free(token);
-  CHECK_OK(ptzcal_rig_close(shared_rig, NULL));
+  CHECK_OK(ptzcal_rig_move(rig, 0.2, -0.1, NULL, NULL));
+  CHECK_OK(ptzcal_rig_position(rig, &pan, &tilt, NULL));
+  CHECK_NEAR(pan, 0.2, 0.01);
+  CHECK_OK(ptzcal_rig_close(rig, NULL));
   CHECK_OK(ptzcal_simulator_stop(simulator, NULL)); /* the simulator outlives the rig */
   ptzcal_simulator_free(simulator);
 }
@@ -234,7 +264,8 @@ int main(void)
 {
   on_callbacks();
   what_does_not_open();
-  on_an_address_with_threads();
+  with_threads();
+  on_an_address();
   aiming();
   return 0;
 }

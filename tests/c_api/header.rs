@@ -125,6 +125,17 @@ fn enums(chapter: &str) -> Vec<(String, String)> {
     heads.map(|(name, int)| (name.to_owned(), int.to_owned())).collect()
 }
 
+#[test]
+fn every_file_with_exports_is_a_chapter() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/capi");
+    for entry in fs::read_dir(folder).unwrap() {
+        let file = entry.unwrap().path();
+        let topic = file.file_stem().unwrap().to_str().unwrap();
+        let exports = fs::read_to_string(&file).unwrap().contains("\n#[unsafe(no_mangle)]");
+        assert!(!exports || TOPICS.contains(&topic), "{topic} is missing in TOPICS");
+    }
+}
+
 /// `PTZCAL_UPDATE_HEADER=1 cargo test --test c_api header` writes it anew.
 #[test]
 fn the_header_is_what_the_sources_make() {

@@ -50,7 +50,7 @@ fn shots(count: u32) -> Vec<Shot> {
             peak: v(),
             signal_to_noise: v(),
             area: i,
-            saturated: i % 2 == 0,
+            saturated: i.is_multiple_of(2),
         })
     };
     (0..count)
@@ -206,6 +206,15 @@ fn other_files_versions_and_scans_are_refused_and_left_alone() {
         }
     }
     assert_eq!(fs::read(&scratch.0).unwrap(), bytes);
+}
+
+#[test]
+fn a_journal_is_one_scans_at_a_time() {
+    let scratch = Scratch::new();
+    let first = scratch.open().unwrap();
+    assert!(matches!(scratch.open(), Err(Error::Busy { what: "the journal" })));
+    drop(first);
+    assert!(scratch.open().is_ok());
 }
 
 #[test]
