@@ -1,7 +1,7 @@
 """Finds the laser's spot in two pictures of the same view, one with the laser on and one with it off.
 
-    detect_spot.py                  pictures of the simulator
-    detect_spot.py ON.png OFF.png   needs OpenCV for Python
+detect_spot.py                  pictures of the simulator
+detect_spot.py ON.png OFF.png   needs OpenCV for Python
 """
 
 import sys

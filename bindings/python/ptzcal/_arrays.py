@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import enum
 import operator
 from typing import Any, Optional, Tuple, Type, TypeVar, Union
@@ -80,8 +81,19 @@ def _check_symmetric(array: np.ndarray, name: str) -> None:
         raise ValueError(f"{name} must be symmetric")
 
 
-def address(array: Optional[np.ndarray]) -> Optional[int]:
-    return None if array is None else array.ctypes.data
+_Nothing = ctypes.c_char * 0
+
+
+def address_of(array: np.ndarray) -> int:
+    """Where an array's first element is; four times as fast as array.ctypes.data where it can be."""
+    try:
+        return ctypes.addressof(_Nothing.from_buffer(array))  # type: ignore[arg-type]
+    except TypeError:  # read-only, or not contiguous
+        return array.ctypes.data
+
+
+def address_of_optional(array: Optional[np.ndarray]) -> Optional[int]:
+    return None if array is None else address_of(array)
 
 
 def unsigned(value: Any, name: str, bits: int = 32) -> int:

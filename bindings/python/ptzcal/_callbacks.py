@@ -16,7 +16,7 @@ import threading
 from ctypes import byref, c_void_p
 from typing import Any, Callable, Iterator, List, Optional
 
-from . import _native, images
+from . import _structs, images
 from ._native import taken_error
 from .errors import Error, Status
 
@@ -107,7 +107,7 @@ def frames(source: Callable[..., Any]) -> Any:
         # The library copies the pixels after this returns.
         next_frame.pixels = view  # type: ignore[attr-defined]
 
-    return _native.ptzcal_frame_fn(device(next_frame))
+    return _structs.ptzcal_frame_fn(device(next_frame))
 
 
 def _run(current: _Call, function: Callable[..., Any], arguments: tuple) -> Any:

@@ -50,7 +50,9 @@ def _check_abi(library: ctypes.CDLL, path: str) -> None:
     try:
         version = library.ptzcal_abi_version
     except AttributeError:
-        raise ImportError(f"{path} is not the ptzcal library: it has no ptzcal_abi_version") from None
+        raise ImportError(
+            f"{path} is not the ptzcal library: it has no ptzcal_abi_version"
+        ) from None
     version.restype, version.argtypes = ctypes.c_uint32, []
     if version() != ABI_VERSION:
         raise ImportError(

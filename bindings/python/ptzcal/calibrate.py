@@ -4,19 +4,27 @@ from __future__ import annotations
 
 from ctypes import byref, c_size_t
 from functools import cached_property
-from typing import Any, Optional, Tuple, Union
+from typing import Any, Dict, Optional, Tuple, Union
 
 import numpy as np
 
-from . import _native
-from ._arrays import address, member, pixel_covariances, point_covariances, rows, unsigned
+from . import _native, _structs
+from ._arrays import (
+    address_of,
+    address_of_optional,
+    member,
+    pixel_covariances,
+    point_covariances,
+    rows,
+    unsigned,
+)
 from ._native import Handle, call, lib
 from .camera import Camera, DistortionModel
 from .cancel import Cancel, pointer_of
 from .rig_model import RigModel
 from .scan import Scan
 
-_COEFFICIENTS = {
+_COEFFICIENTS: Dict[int, Tuple[str, ...]] = {
     DistortionModel.NONE: (),
     DistortionModel.BROWN_CONRADY: ("k1", "k2", "p1", "p2", "k3"),
     DistortionModel.DIVISION: ("lambda",),
@@ -47,14 +55,22 @@ class Correspondences(Handle):
         if xyz_covariance is None and uv_covariance is None:
             call(
                 lib.ptzcal_correspondences_add_points,
-                self._pointer, address(xyz), address(uv), n,
+                self._pointer,
+                address_of(xyz),
+                address_of(uv),
+                n,
             )
             return
         of_xyz = point_covariances(xyz_covariance, n, "xyz_covariance")
         of_uv = pixel_covariances(uv_covariance, n, "uv_covariance")
         call(
             lib.ptzcal_correspondences_add_points_weighted,
-            self._pointer, address(xyz), address(of_xyz), address(uv), address(of_uv), n,
+            self._pointer,
+            address_of(xyz),
+            address_of_optional(of_xyz),
+            address_of(uv),
+            address_of_optional(of_uv),
+            n,
         )
 
     def add_laser_shots(
@@ -77,8 +93,14 @@ class Correspondences(Handle):
         of_uv = pixel_covariances(uv_covariance, n, "uv_covariance")
         call(
             lib.ptzcal_correspondences_add_laser_shots,
-            self._pointer, byref(model._struct), address(pan_tilt), address(spots),
-            address(of_spots), address(uv), address(of_uv), n,
+            self._pointer,
+            byref(model._struct),
+            address_of(pan_tilt),
+            address_of(spots),
+            address_of_optional(of_spots),
+            address_of(uv),
+            address_of_optional(of_uv),
+            n,
         )
 
     def add_scan(self, scan: Scan, camera: int = 0) -> None:
@@ -100,12 +122,12 @@ class Calibration(Handle):
     def __init__(self, correspondences: Correspondences, options: Optional["_Options"]) -> None:
         chosen = None if options is None else options._pointer
         self._make(lib.ptzcal_calibrate_camera, correspondences._pointer, chosen)
-        self._summary = _native.initial(_native.ptzcal_calibration_summary)
+        self._summary = _native.initial(_structs.ptzcal_calibration_summary)
         call(lib.ptzcal_calibration_get_summary, self._pointer, byref(self._summary))
 
     @cached_property
     def camera(self) -> Camera:
-        struct = _native.initial(_native.ptzcal_camera)
+        struct = _native.initial(_structs.ptzcal_camera)
         call(lib.ptzcal_calibration_get_camera, self._pointer, byref(struct))
         return Camera._from_struct(struct)
 
@@ -115,7 +137,7 @@ class Calibration(Handle):
 
         rx, ry, rz turn the camera about its own axes (radians); X, Y, Z are its centre (metres).
         """
-        coefficients = _COEFFICIENTS[self.camera.distortion_model]
+        coefficients = _COEFFICIENTS[self.camera._struct.distortion_model]
         return ("fx", "fy", "skew", "cx", "cy", *coefficients, "rx", "ry", "rz", "X", "Y", "Z")
 
     @cached_property
@@ -141,7 +163,7 @@ class Calibration(Handle):
 
     def _copied(self, what: str, array: np.ndarray) -> np.ndarray:
         copy = getattr(lib, f"ptzcal_calibration_copy_{what}")
-        call(copy, self._pointer, array.ctypes.data, array.size, None)
+        call(copy, self._pointer, address_of(array), array.size, None)
         array.flags.writeable = False
         return array
 
@@ -221,7 +243,9 @@ def calibrate_camera(
     NO_CONVERGENCE or LENS_NOT_MONOTONE; Cancelled.
     """
     settings = {
-        "distortion": None if distortion is None else member(DistortionModel, distortion, "distortion"),
+        "distortion": None
+        if distortion is None
+        else member(DistortionModel, distortion, "distortion"),
         "lens": None if lens is None else byref(lens._struct),
         "skew_sigma": skew_sigma,
         "aspect_sigma": aspect_sigma,
@@ -229,7 +253,9 @@ def calibrate_camera(
         "robust": None if robust is None else bool(robust),
         "seed": None if seed is None else unsigned(seed, "seed", 64),
         "max_focal_deviation": max_focal_deviation,
-        "max_iterations": None if max_iterations is None else unsigned(max_iterations, "max_iterations"),
+        "max_iterations": None
+        if max_iterations is None
+        else unsigned(max_iterations, "max_iterations"),
         "cancel": pointer_of(cancel),
     }
     given = any(value is not None for value in settings.values())

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import enum
 from ctypes import byref
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Sequence, Tuple, Union
 
 import numpy as np
 
-from . import _native
-from ._arrays import address, member, numbers, rows_or_one, unsigned
+from . import _native, _structs
+from ._arrays import address_of, member, numbers, rows_or_one, unsigned
 from ._native import call, lib
 
 
@@ -62,6 +62,7 @@ class Camera:
     distortion: Sequence[float] = ()
     R: np.ndarray = ((1, 0, 0), (0, 1, 0), (0, 0, 1))  # type: ignore[assignment]
     t: np.ndarray = (0, 0, 0)  # type: ignore[assignment]
+    _struct: Any = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         model, coefficients = checked_distortion(self.distortion_model, self.distortion)
@@ -76,7 +77,7 @@ class Camera:
             object.__setattr__(self, name, array)
         object.__setattr__(self, "distortion_model", model)
         object.__setattr__(self, "distortion", coefficients)
-        struct = _native.initial(_native.ptzcal_camera)
+        struct = _native.initial(_structs.ptzcal_camera)
         lens_into(struct, self)
         struct.rotation = tuple(self.R.ravel())
         struct.translation = tuple(self.t)
@@ -88,27 +89,35 @@ class Camera:
         K: Any,
         size: Tuple[int, int],
         distortion: Any = (),
-        R: Any = np.eye(3),
+        R: Any = ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
         t: Any = (0, 0, 0),
     ) -> "Camera":
         """From a 3 x 3 matrix, (width, height) and OpenCV's k1 k2 p1 p2 [k3]."""
         K = numbers(K, "K")
         if K.shape != (3, 3):
             raise ValueError(f"K must be of shape (3, 3), not {K.shape}")
-        coefficients = numbers(distortion, "distortion").ravel()
+        coefficients = numbers(distortion, "distortion").ravel().tolist()
         if len(coefficients) > 5:
             raise ValueError("distortion must be k1 k2 p1 p2 [k3]: other lens models are not here")
-        model = DistortionModel.BROWN_CONRADY if coefficients.any() else DistortionModel.NONE
-        if model == DistortionModel.NONE:
-            coefficients = ()
+        known = any(coefficients)
+        model = DistortionModel.BROWN_CONRADY if known else DistortionModel.NONE
         fx, skew, cx, fy, cy = K[0, 0], K[0, 1], K[0, 2], K[1, 1], K[1, 2]
-        return cls(*size, fx, fy, cx, cy, skew, model, coefficients, R, t)
+        return cls(*size, fx, fy, cx, cy, skew, model, coefficients if known else (), R, t)
 
     @classmethod
-    def _from_struct(cls, s: _native.ptzcal_camera) -> "Camera":
+    def _from_struct(cls, s: _structs.ptzcal_camera) -> "Camera":
         return cls(
-            s.width, s.height, s.fx, s.fy, s.cx, s.cy, s.skew, s.distortion_model,
-            tuple(s.distortion), np.array(s.rotation).reshape(3, 3), np.array(s.translation),
+            s.width,
+            s.height,
+            s.fx,
+            s.fy,
+            s.cx,
+            s.cy,
+            s.skew,
+            s.distortion_model,
+            tuple(s.distortion),
+            np.array(s.rotation).reshape(3, 3),
+            np.array(s.translation),
         )
 
     @property
@@ -119,15 +128,13 @@ class Camera:
     @property
     def K(self) -> np.ndarray:
         """The 3 x 3 intrinsic matrix, pixels."""
-        return np.array(
-            [[self.fx, self.skew, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]]
-        )
+        return np.array([[self.fx, self.skew, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
 
     @property
     def centre(self) -> np.ndarray:
         """The camera's centre in the world, -R^T t, metres."""
         centre = np.empty(3)
-        call(lib.ptzcal_camera_centre, byref(self._struct), centre.ctypes.data)
+        call(lib.ptzcal_camera_centre, byref(self._struct), address_of(centre))
         return centre
 
     def project(self, xyz: Any) -> np.ndarray:
@@ -139,7 +146,10 @@ class Camera:
         uv = np.empty((len(points), 2))
         call(
             lib.ptzcal_camera_project,
-            byref(self._struct), address(points), len(points), uv.ctypes.data,
+            byref(self._struct),
+            address_of(points),
+            len(points),
+            address_of(uv),
         )
         return uv[0] if one else uv
 
@@ -152,7 +162,10 @@ class Camera:
         directions = np.empty((len(pixels), 3))
         call(
             lib.ptzcal_camera_back_project,
-            byref(self._struct), address(pixels), len(pixels), directions.ctypes.data,
+            byref(self._struct),
+            address_of(pixels),
+            len(pixels),
+            address_of(directions),
         )
         return directions[0] if one else directions
 
@@ -176,6 +189,6 @@ class Camera:
 
     @classmethod
     def _loaded(cls, function: Any, path: _native.Path) -> "Camera":
-        struct = _native.initial(_native.ptzcal_camera)
+        struct = _native.initial(_structs.ptzcal_camera)
         call(function, _native.path(path), byref(struct))
         return cls._from_struct(struct)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import enum
 from ctypes import POINTER, byref, pointer
 from dataclasses import dataclass
-from typing import Any, List, Optional, Sequence, Tuple, Union
+from typing import Any, List, Optional, Tuple, Union
 
 import numpy as np
 
-from . import _native
-from ._arrays import member, rows, unsigned
+from . import _native, _structs
+from ._arrays import address_of, member, rows, unsigned
 from ._native import Handle, call, lib
 from .images import Image, PixelFormat, view
 
@@ -36,12 +36,10 @@ class Spot:
     saturated: bool  #: pixels of the spot are at the sensor's limit
 
     @classmethod
-    def _from_struct(cls, s: _native.ptzcal_spot) -> "Spot":
+    def _from_struct(cls, s: _structs.ptzcal_spot) -> "Spot":
         xx, xy, yy = s.covariance
         covariance = np.array([[xx, xy], [xy, yy]])
-        return cls(
-            s.x, s.y, covariance, s.peak, s.signal_to_noise, s.area, bool(s.saturated)
-        )
+        return cls(s.x, s.y, covariance, s.peak, s.signal_to_noise, s.area, bool(s.saturated))
 
     @property
     def centre(self) -> np.ndarray:
@@ -79,7 +77,7 @@ class SpotOptions(Handle):
         if band is not None:
             polyline, half_width = band
             line = rows(polyline, 2, "band's polyline")
-            self._set("band", line.ctypes.data, len(line), half_width)
+            self._set("band", address_of(line), len(line), half_width)
         if colour is not None:
             self._set("colour", member(LaserColour, colour, "colour"))
         if min_signal_to_noise is not None:
@@ -94,8 +92,8 @@ class SpotOptions(Handle):
 
 
 def detect_spot(
-    on: Union[Image, Sequence[Image]],
-    off: Union[Image, Sequence[Image], None] = None,
+    on: Union[Image, List[Image]],
+    off: Union[Image, List[Image], None] = None,
     options: Optional[SpotOptions] = None,
     *,
     format: Union[PixelFormat, str, int, None] = None,
@@ -113,13 +111,17 @@ def detect_spot(
             raise TypeError("give either options or settings, not both")
         options = SpotOptions(**settings)
     chosen = None if options is None else options._pointer
-    spot = _native.initial(_native.ptzcal_spot)
+    spot = _native.initial(_structs.ptzcal_spot)
     if isinstance(on, list) or isinstance(off, list):
         on_images, off_images = _views(on, format, "on"), _views(off, format, "off")
         call(
             lib.ptzcal_detect_spot_averaged,
-            _pointers(on_images), len(on_images), _pointers(off_images), len(off_images),
-            chosen, byref(spot),
+            _pointers(on_images),
+            len(on_images),
+            _pointers(off_images),
+            len(off_images),
+            chosen,
+            byref(spot),
         )
     else:
         on_image = view(on, format, "on")
@@ -129,7 +131,7 @@ def detect_spot(
     return Spot._from_struct(spot)
 
 
-def _views(frames: Any, format: Any, name: str) -> List[_native.ptzcal_image]:
+def _views(frames: Any, format: Any, name: str) -> List[_structs.ptzcal_image]:
     if frames is None:
         return []
     if not isinstance(frames, list):
@@ -137,6 +139,6 @@ def _views(frames: Any, format: Any, name: str) -> List[_native.ptzcal_image]:
     return [view(frame, format, f"{name}[{i}]") for i, frame in enumerate(frames)]
 
 
-def _pointers(images: List[_native.ptzcal_image]) -> Any:
+def _pointers(images: List[_structs.ptzcal_image]) -> Any:
     pointers = [pointer(image) for image in images]
-    return (POINTER(_native.ptzcal_image) * len(pointers))(*pointers)
+    return (POINTER(_structs.ptzcal_image) * len(pointers))(*pointers)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from typing import Optional, Union
+from typing import Dict, Optional, Type, Union
 
 
 class Status(enum.IntEnum):
@@ -88,7 +88,7 @@ class Cancelled(Error):
     """The work was stopped by a Cancel token or by a progress callback."""
 
 
-_CLASSES = {
+_CLASSES: Dict[int, Type[Error]] = {
     Status.INVALID_ARGUMENT: InvalidArgument,
     Status.NOT_FINITE: InvalidArgument,
     Status.NOT_FOUND: SpotNotFound,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import ctypes
 import enum
-from typing import Any, List, Sequence, Tuple, Union
+from typing import Any, List, Tuple, Union
 
 import numpy as np
 
-from . import _native
-from ._arrays import member
+from . import _native, _structs
+from ._arrays import address_of, member
 
 
 class PixelFormat(enum.IntEnum):
@@ -33,9 +33,9 @@ _PACKED = {
     PixelFormat.BGRA32: 4,
     PixelFormat.YUYV: 2,
 }
-_DEFAULT = {1: PixelFormat.GRAY8, 3: PixelFormat.BGR24, 4: PixelFormat.BGRA32}
+_GUESSES = {1: PixelFormat.GRAY8, 3: PixelFormat.BGR24, 4: PixelFormat.BGRA32}
 
-Image = Union[np.ndarray, Sequence[np.ndarray]]
+Image = Union[np.ndarray, Tuple[np.ndarray, ...]]
 """uint8. The shape, for a format and its image of height h and width w:
 
 gray8 (h, w); rgb24, bgr24 (h, w, 3); rgba32, bgra32 (h, w, 4); yuyv (h, w, 2);
@@ -48,21 +48,20 @@ Rows may be apart, or bottom-up; what the library cannot read in place is copied
 
 def view(
     image: Image, format: Union[PixelFormat, str, int, None] = None, name: str = "image"
-) -> _native.ptzcal_image:
+) -> _structs.ptzcal_image:
     """The C view of an image; it keeps the pixels alive."""
-    if format is None:
-        layout = None
-    else:
+    if format is not None:
         layout = member(PixelFormat, format, "format")
         if layout not in _PACKED:
             return _planar(image, layout, name)
+        wanted = _shape_of(layout)
     array = _samples(image, name)
     shape = array.shape
     channels = shape[2] if array.ndim == 3 else 1
-    if layout is None:
-        layout = _DEFAULT.get(channels)
-    if layout is None or array.ndim not in (2, 3) or channels != _PACKED[layout]:
-        wanted = "(h, w), (h, w, 3) or (h, w, 4)" if format is None else _shape_of(layout)
+    if format is None:
+        layout = _GUESSES.get(channels, PixelFormat.GRAY8)
+        wanted = "(h, w), (h, w, 3) or (h, w, 4)"
+    if array.ndim not in (2, 3) or channels != _PACKED[layout]:
         raise ValueError(f"{name} must be of shape {wanted}, not {shape}")
     return _fill(layout, shape[1], shape[0], [_rows(array, channels)])
 
@@ -89,8 +88,8 @@ def _rows(array: np.ndarray, channels: int) -> np.ndarray:
     return np.ascontiguousarray(array)
 
 
-def _planar(image: Image, layout: PixelFormat, name: str) -> _native.ptzcal_image:
-    if isinstance(image, (tuple, list)):
+def _planar(image: Image, layout: PixelFormat, name: str) -> _structs.ptzcal_image:
+    if isinstance(image, tuple):
         planes = [_samples(plane, name) for plane in image]
         if planes and planes[0].ndim == 2:
             height, width = planes[0].shape
@@ -99,7 +98,9 @@ def _planar(image: Image, layout: PixelFormat, name: str) -> _native.ptzcal_imag
             flat = [(half[0], half[1] * 2)] if layout == PixelFormat.NV12 else chroma
             got = [plane.shape for plane in planes[1:]]
             if got in (chroma, flat):
-                planes = [_rows(plane, plane.shape[2] if plane.ndim == 3 else 1) for plane in planes]
+                planes = [
+                    _rows(plane, plane.shape[2] if plane.ndim == 3 else 1) for plane in planes
+                ]
                 return _fill(layout, width, height, planes)
         shapes = ", ".join(str(plane.shape) for plane in planes)
         raise ValueError(f"{name} has no planes of {layout.name.lower()}: shapes {shapes}")
@@ -113,33 +114,33 @@ def _planar(image: Image, layout: PixelFormat, name: str) -> _native.ptzcal_imag
     if layout == PixelFormat.NV12:
         return _fill(layout, width, height, [_rows(array[:height], 1), _rows(array[height:], 1)])
     # I420 packs two rows of U (and of V) into one row of the array.
-    chroma = np.ascontiguousarray(array[height:]).reshape(2, height // 2, width // 2)
-    return _fill(layout, width, height, [_rows(array[:height], 1), chroma[0], chroma[1]])
+    u, v = np.ascontiguousarray(array[height:]).reshape(2, height // 2, width // 2)
+    return _fill(layout, width, height, [_rows(array[:height], 1), u, v])
 
 
 def _fill(
     layout: PixelFormat, width: int, height: int, planes: List[np.ndarray]
-) -> _native.ptzcal_image:
-    image = _native.initial(_native.ptzcal_image)
+) -> _structs.ptzcal_image:
+    image = _native.initial(_structs.ptzcal_image)
     image.format, image.width, image.height = layout, width, height
     for i, plane in enumerate(planes):
         rows = plane.shape[0]
         row = plane.size // rows if rows else 0
         stride = plane.strides[0] if rows > 1 else row
-        image.plane[i] = plane.ctypes.data
+        image.plane[i] = address_of(plane)
         image.stride[i] = stride
         image.size[i] = abs(stride) * (rows - 1) + row if rows else 0
     image.pixels = planes
     return image
 
 
-def fill(target: _native.ptzcal_image, source: _native.ptzcal_image) -> None:
+def fill(target: _structs.ptzcal_image, source: _structs.ptzcal_image) -> None:
     """Copies a view into a struct of the library's, whose size stays its own."""
     target.format, target.width, target.height = source.format, source.width, source.height
     target.plane, target.stride, target.size = source.plane, source.stride, source.size
 
 
-def copied(image: _native.ptzcal_image) -> Image:
+def copied(image: _structs.ptzcal_image) -> Image:
     """The pixels of an image of the library's, in an array of their own."""
     layout = PixelFormat(image.format)
     width, height = image.width, image.height
@@ -153,7 +154,7 @@ def copied(image: _native.ptzcal_image) -> Image:
     return luma, _plane(image, 1, half), _plane(image, 2, half)
 
 
-def _plane(image: _native.ptzcal_image, index: int, shape: Tuple[int, ...]) -> np.ndarray:
+def _plane(image: _structs.ptzcal_image, index: int, shape: Tuple[int, ...]) -> np.ndarray:
     stride = image.stride[index]
     row = int(np.prod(shape[1:]))
     size = abs(stride) * (shape[0] - 1) + row

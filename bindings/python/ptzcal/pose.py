@@ -10,8 +10,17 @@ from typing import Any, Optional, Union
 
 import numpy as np
 
-from . import _native
-from ._arrays import address, member, numbers, pixel_covariances, rows, unsigned, vector
+from . import _native, _structs
+from ._arrays import (
+    address_of,
+    address_of_optional,
+    member,
+    numbers,
+    pixel_covariances,
+    rows,
+    unsigned,
+    vector,
+)
 from ._native import Handle, call, lib
 from .rig_model import RigModel
 from .scan import Region, Scan
@@ -38,11 +47,16 @@ class Pose:
 
     @classmethod
     def _from_struct(
-        cls, s: _native.ptzcal_pose, covariance: Optional[np.ndarray] = None
+        cls, s: _structs.ptzcal_pose, covariance: Optional[np.ndarray] = None
     ) -> "Pose":
         return cls(
-            np.array(s.rotation).reshape(3, 3), np.array(s.translation), s.rotation_angle,
-            s.residual_rms, s.disagreement, s.condition, covariance,
+            np.array(s.rotation).reshape(3, 3),
+            np.array(s.translation),
+            s.rotation_angle,
+            s.residual_rms,
+            s.disagreement,
+            s.condition,
+            covariance,
         )
 
     def transform(self, xyz: Any) -> np.ndarray:
@@ -71,13 +85,17 @@ class RoofEdges(Handle):
         covariance = pixel_covariances(spot_covariance, n, "spot_covariance")
         return self._plane(
             lib.ptzcal_roof_edges_add_plane_shots,
-            byref(model._struct), address(pan_tilt), address(spots), address(covariance), n,
+            byref(model._struct),
+            address_of(pan_tilt),
+            address_of(spots),
+            address_of_optional(covariance),
+            n,
         )
 
     def add_plane_points(self, xyz: Any, sigma: float = 0.0) -> int:
         """Adds a plane fitted to points (n, 3), metres, of standard deviation sigma (estimated)."""
         xyz = rows(xyz, 3, "xyz")
-        return self._plane(lib.ptzcal_roof_edges_add_plane_points, address(xyz), len(xyz), sigma)
+        return self._plane(lib.ptzcal_roof_edges_add_plane_points, address_of(xyz), len(xyz), sigma)
 
     def add_plane(self, normal: Any, distance: float, covariance: Any = None) -> int:
         """Adds a known plane: normal (3,) . X = distance, metres.
@@ -90,7 +108,10 @@ class RoofEdges(Handle):
             if covariance.shape != (3, 3):
                 raise ValueError(f"covariance must be of shape (3, 3), not {covariance.shape}")
         return self._plane(
-            lib.ptzcal_roof_edges_add_plane, address(normal), distance, address(covariance)
+            lib.ptzcal_roof_edges_add_plane,
+            address_of(normal),
+            distance,
+            address_of_optional(covariance),
         )
 
     def add_plane_scan(self, scan: Scan, region: Optional[Region] = None) -> int:
@@ -120,9 +141,7 @@ class _Estimate(Handle):
     _free = "ptzcal_pose_estimate_free"
 
     def __init__(self, a: RoofEdges, b: RoofEdges, options: _Options) -> None:
-        self._make(
-            lib.ptzcal_estimate_pose_roof_edges, a._pointer, b._pointer, options._pointer
-        )
+        self._make(lib.ptzcal_estimate_pose_roof_edges, a._pointer, b._pointer, options._pointer)
 
 
 def estimate_pose_roof_edges(
@@ -145,17 +164,19 @@ def estimate_pose_roof_edges(
     options = _Options()
     call(
         lib.ptzcal_pose_options_set_method,
-        options._pointer, member(PoseMethod, method, "method"),
+        options._pointer,
+        member(PoseMethod, method, "method"),
     )
     call(lib.ptzcal_pose_options_set_lever, options._pointer, lever)
-    call(
-        lib.ptzcal_pose_options_set_min_angles, options._pointer, min_plane_angle, min_edge_angle
-    )
+    call(lib.ptzcal_pose_options_set_min_angles, options._pointer, min_plane_angle, min_edge_angle)
     estimate = _Estimate(station_a, station_b, options)
-    struct, covariance = _native.initial(_native.ptzcal_pose), np.empty((6, 6))
+    struct, covariance = _native.initial(_structs.ptzcal_pose), np.empty((6, 6))
     call(lib.ptzcal_pose_estimate_get, estimate._pointer, byref(struct))
     call(
         lib.ptzcal_pose_estimate_copy_covariance,
-        estimate._pointer, covariance.ctypes.data, covariance.size, None,
+        estimate._pointer,
+        address_of(covariance),
+        covariance.size,
+        None,
     )
     return Pose._from_struct(struct, covariance)

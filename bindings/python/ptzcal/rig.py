@@ -12,8 +12,8 @@ from ctypes import byref, c_double, c_void_p
 from dataclasses import astuple, dataclass
 from typing import Any, Callable, Iterator, List, Optional, Sequence, Union
 
-from . import _callbacks, _native
-from ._arrays import unsigned, vector
+from . import _callbacks, _native, _structs
+from ._arrays import address_of, unsigned, vector
 from ._native import Handle, lib
 from .cancel import Cancel, pointer_of
 from .detect import SpotOptions
@@ -56,7 +56,7 @@ def _is_off(on: int) -> bool:
     return not on
 
 
-def _ptz(head: Any) -> _native.ptzcal_ptz:
+def _ptz(head: Any) -> _structs.ptzcal_ptz:
     """The callbacks of a head."""
 
     def position(pan: Any, tilt: Any, zoom: Any) -> None:
@@ -69,16 +69,16 @@ def _ptz(head: Any) -> _native.ptzcal_ptz:
     def stop() -> None:
         head.stop()
 
-    struct = _native.initial(_native.ptzcal_ptz)
+    struct = _native.initial(_structs.ptzcal_ptz)
     struct.pan_min, struct.pan_max = head.pan_range
     struct.tilt_min, struct.tilt_max = head.tilt_range
     struct.pan_step = getattr(head, "pan_step", 0.0)
     struct.tilt_step = getattr(head, "tilt_step", 0.0)
-    struct.move_absolute = _native.ptzcal_ptz_move_fn(_callbacks.device(head.move))
-    struct.position = _native.ptzcal_ptz_position_fn(_callbacks.device(position))
+    struct.move_absolute = _structs.ptzcal_ptz_move_fn(_callbacks.device(head.move))
+    struct.position = _structs.ptzcal_ptz_position_fn(_callbacks.device(position))
     if getattr(head, "motion", None) is not None:
-        struct.motion = _native.ptzcal_ptz_motion_fn(_callbacks.device(motion))
-    struct.stop = _native.ptzcal_ptz_stop_fn(_callbacks.device(stop, always=lambda: True))
+        struct.motion = _structs.ptzcal_ptz_motion_fn(_callbacks.device(motion))
+    struct.stop = _structs.ptzcal_ptz_stop_fn(_callbacks.device(stop, always=lambda: True))
     return struct
 
 
@@ -137,7 +137,7 @@ class Rig:
             callbacks.append(struct)
             options.set("ptz", byref(struct))
         if laser is not None:
-            switch = _native.ptzcal_laser_fn(
+            switch = _structs.ptzcal_laser_fn(
                 _callbacks.device(lambda on: laser(bool(on)), always=_is_off)
             )
             callbacks.append(switch)
@@ -148,12 +148,12 @@ class Rig:
             options.set("frames", next_frame, None)
         if clock is not None:
             # When it fails, all waiting is over.
-            now = _native.ptzcal_clock_now_fn(_callbacks.listener(clock.now, otherwise=math.inf))
-            sleep = _native.ptzcal_clock_sleep_fn(_callbacks.listener(clock.sleep))
+            now = _structs.ptzcal_clock_now_fn(_callbacks.listener(clock.now, otherwise=math.inf))
+            sleep = _structs.ptzcal_clock_sleep_fn(_callbacks.listener(clock.sleep))
             callbacks += [now, sleep]
             options.set("clock", now, sleep, None)
         if log is not None:
-            heard = _native.ptzcal_log_fn(
+            heard = _structs.ptzcal_log_fn(
                 _callbacks.listener(lambda level, text: log(LogLevel(level), text.decode()))
             )
             callbacks.append(heard)
@@ -177,6 +177,7 @@ class Rig:
             if pointer.value is not None:
                 _close(pointer.value, callbacks)
             raise
+        assert pointer.value is not None
         self._pointer: Optional[int] = pointer.value
         self._finalizer = weakref.finalize(self, _forgotten, pointer.value, callbacks)
         self._callbacks = callbacks
@@ -236,7 +237,7 @@ class Rig:
     @property
     def model(self) -> RigModel:
         """The rig's model."""
-        struct = _native.initial(_native.ptzcal_rig_model)
+        struct = _native.initial(_structs.ptzcal_rig_model)
         self._call("get_model", byref(struct))
         return RigModel._from_struct(struct)
 
@@ -259,7 +260,7 @@ class Rig:
         Returns the readings aimed at.
         """
         point = vector(xyz, 3, "xyz")
-        return self._pan_tilt("aim_at_point", point.ctypes.data, pointer_of(cancel))
+        return self._pan_tilt("aim_at_point", address_of(point), pointer_of(cancel))
 
     def aim_at_pixel(
         self, u: float, v: float, depth: float, *, cancel: Optional[Cancel] = None

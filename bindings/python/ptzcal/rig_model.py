@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from ctypes import byref, c_double
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any, NamedTuple, Sequence, Tuple, Union
 
 import numpy as np
 
-from . import _native
-from ._arrays import address, pixel_covariances, rows, vector
+from . import _native, _structs
+from ._arrays import address_of, address_of_optional, pixel_covariances, rows, vector
 from ._native import call, lib
 from .camera import Camera, DistortionModel, checked_distortion, lens_into
 
@@ -51,26 +51,27 @@ class RigModel:
     pan_scale: float = 1.0
     tilt_zero: float = 0.0
     tilt_scale: float = 1.0
+    _struct: Any = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         model, coefficients = checked_distortion(self.distortion_model, self.distortion)
         object.__setattr__(self, "distortion_model", model)
         object.__setattr__(self, "distortion", coefficients)
-        struct = _native.initial(_native.ptzcal_rig_model)
+        struct = _native.initial(_structs.ptzcal_rig_model)
         lens_into(struct, self)
         for name in _RIG_MEMBERS:
             setattr(struct, name, getattr(self, name))
         object.__setattr__(self, "_struct", struct)
 
     @classmethod
-    def _from_struct(cls, struct: _native.ptzcal_rig_model) -> "RigModel":
-        members = {f.name: getattr(struct, f.name) for f in fields(cls)}
+    def _from_struct(cls, struct: _structs.ptzcal_rig_model) -> "RigModel":
+        members = {f.name: getattr(struct, f.name) for f in fields(cls) if f.init}
         members["distortion"] = tuple(struct.distortion)
         return cls(**members)
 
     def head_camera(self, pan: float, tilt: float) -> Camera:
         """The head camera as a camera of the world, at readings in radians."""
-        struct = _native.initial(_native.ptzcal_camera)
+        struct = _native.initial(_structs.ptzcal_camera)
         call(lib.ptzcal_rig_model_head_camera, byref(self._struct), pan, tilt, byref(struct))
         return Camera._from_struct(struct)
 
@@ -90,8 +91,13 @@ class RigModel:
         xyz, xyz_covariance = np.empty((n, 3)), np.empty((n, 3, 3))
         call(
             lib.ptzcal_rig_model_locate,
-            byref(self._struct), address(pan_tilt), address(spots), address(covariance), n,
-            address(xyz), address(xyz_covariance),
+            byref(self._struct),
+            address_of(pan_tilt),
+            address_of(spots),
+            address_of_optional(covariance),
+            n,
+            address_of(xyz),
+            address_of(xyz_covariance),
         )
         return xyz, xyz_covariance
 
@@ -101,7 +107,10 @@ class RigModel:
         pan, tilt = c_double(), c_double()
         call(
             lib.ptzcal_rig_model_aim,
-            byref(self._struct), point.ctypes.data, byref(pan), byref(tilt),
+            byref(self._struct),
+            address_of(point),
+            byref(pan),
+            byref(tilt),
         )
         return PanTilt(pan.value, tilt.value)
 

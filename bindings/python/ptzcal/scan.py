@@ -9,8 +9,8 @@ from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tupl
 
 import numpy as np
 
-from . import _callbacks, _native
-from ._arrays import member, unsigned
+from . import _callbacks, _native, _structs
+from ._arrays import address_of, member, unsigned
 from ._native import HEAD_CAMERA, Handle, call, lib
 from .camera import Camera, DistortionModel
 from .cancel import Cancel, pointer_of
@@ -29,8 +29,8 @@ class Region:
     pan_steps: int = 1
     tilt_steps: int = 1
 
-    def _struct(self) -> _native.ptzcal_region:
-        struct = _native.initial(_native.ptzcal_region)
+    def _struct(self) -> _structs.ptzcal_region:
+        struct = _native.initial(_structs.ptzcal_region)
         struct.pan_min, struct.pan_max = self.pan_min, self.pan_max
         struct.tilt_min, struct.tilt_max = self.tilt_min, self.tilt_max
         struct.pan_steps = unsigned(self.pan_steps, "pan_steps")
@@ -82,10 +82,16 @@ class Shot:
     epipolar_chi2: Optional[float]
 
     @classmethod
-    def _from_struct(cls, s: _native.ptzcal_shot) -> "Shot":
+    def _from_struct(cls, s: _structs.ptzcal_shot) -> "Shot":
         found, has_point = bool(s.found), bool(s.has_point)
         return cls(
-            s.index, s.pan, s.tilt, s.zoom, s.time, found, s.fixed_found,
+            s.index,
+            s.pan,
+            s.tilt,
+            s.zoom,
+            s.time,
+            found,
+            s.fixed_found,
             (s.colour >> 16 & 255, s.colour >> 8 & 255, s.colour & 255),
             np.array(s.point) if has_point else None,
             np.array(s.covariance).reshape(3, 3) if has_point else None,
@@ -109,9 +115,14 @@ class Progress:
     shot: Optional[Shot]  #: the newest
 
     @classmethod
-    def _from_struct(cls, s: _native.ptzcal_progress) -> "Progress":
+    def _from_struct(cls, s: _structs.ptzcal_progress) -> "Progress":
         return cls(
-            getattr(s, "pass"), s.passes, s.done, s.total, bool(s.measured), s.elapsed,
+            getattr(s, "pass"),
+            s.passes,
+            s.done,
+            s.total,
+            bool(s.measured),
+            s.elapsed,
             s.seconds_left if s.seconds_left >= 0 else None,
             Shot._from_struct(s.shot[0]) if s.shot else None,
         )
@@ -165,7 +176,12 @@ class ScanOptions(Handle):
             self._callbacks.append(next_frame)
             call(
                 lib.ptzcal_scan_options_add_camera,
-                self._pointer, next_frame, None, width, height, None,
+                self._pointer,
+                next_frame,
+                None,
+                width,
+                height,
+                None,
             )
         if camera.known is not None:
             self._set("known_camera", number, byref(camera.known._struct))
@@ -192,12 +208,16 @@ class Scan(Handle):
             # Also without the host's function, so that Ctrl-C is noticed at each shot.
             return progress is not None and bool(progress(Progress._from_struct(state[0])))
 
-        callback = _native.ptzcal_progress_fn(_callbacks.listener(heard, otherwise=1))
+        callback = _structs.ptzcal_progress_fn(_callbacks.listener(heard, otherwise=1))
         pointer = c_void_p()
         try:
             failure = _callbacks.call(
                 lib.ptzcal_rig_scan_region,
-                rig_pointer, byref(region._struct()), options._pointer, callback, None,
+                rig_pointer,
+                byref(region._struct()),
+                options._pointer,
+                callback,
+                None,
                 byref(pointer),
             )
         finally:
@@ -209,7 +229,7 @@ class Scan(Handle):
         except Error as error:
             error.__cause__ = failure
             self.end = error
-        self._summary = _native.initial(_native.ptzcal_scan_summary)
+        self._summary = _native.initial(_structs.ptzcal_scan_summary)
         call(lib.ptzcal_scan_get_summary, self._pointer, byref(self._summary))
 
     def __len__(self) -> int:
@@ -219,7 +239,7 @@ class Scan(Handle):
         number = index + len(self) if index < 0 else index
         if not 0 <= number < len(self):
             raise IndexError(f"there is no shot {index}: there are {len(self)}")
-        struct = _native.initial(_native.ptzcal_shot)
+        struct = _native.initial(_structs.ptzcal_shot)
         call(lib.ptzcal_scan_get_shot, self._pointer, number, byref(struct))
         return Shot._from_struct(struct)
 
@@ -262,7 +282,7 @@ class Scan(Handle):
 
     def spot(self, index: int, camera: int = HEAD_CAMERA) -> Optional[Spot]:
         """Where a camera (a fixed one by its number) saw the spot of a shot; None: nowhere."""
-        struct = _native.initial(_native.ptzcal_spot)
+        struct = _native.initial(_structs.ptzcal_spot)
         shot, number = unsigned(index, "index", 64), unsigned(camera, "camera")
         try:
             call(lib.ptzcal_scan_get_spot, self._pointer, shot, number, byref(struct))
@@ -277,7 +297,7 @@ class Scan(Handle):
         # The first call only tells the size.
         lib.ptzcal_scan_copy_points(self._pointer, None, 0, byref(needed), None)
         points = np.empty((needed.value // 3, 3))
-        call(lib.ptzcal_scan_copy_points, self._pointer, points.ctypes.data, points.size, None)
+        call(lib.ptzcal_scan_copy_points, self._pointer, address_of(points), points.size, None)
         points.flags.writeable = False
         return points
 

@@ -7,7 +7,7 @@ import threading
 from ctypes import byref, c_double, c_int32, c_size_t
 from typing import Any, NamedTuple
 
-from . import _native, images
+from . import _native, _structs, images
 from ._arrays import unsigned
 from ._native import HEAD_CAMERA, Handle, call, lib
 from .camera import Camera
@@ -53,7 +53,7 @@ class Simulator(Handle):
         return simulator
 
     def _model(self, function: Any) -> RigModel:
-        struct = _native.initial(_native.ptzcal_rig_model)
+        struct = _native.initial(_structs.ptzcal_rig_model)
         call(function, self._pointer, byref(struct))
         return RigModel._from_struct(struct)
 
@@ -75,7 +75,7 @@ class Simulator(Handle):
 
     def true_camera(self, index: int) -> Camera:
         """A fixed camera as it truly is, in the rig's frame."""
-        struct = _native.initial(_native.ptzcal_camera)
+        struct = _native.initial(_structs.ptzcal_camera)
         number = unsigned(index, "index")
         call(lib.ptzcal_simulator_true_camera, self._pointer, number, byref(struct))
         return Camera._from_struct(struct)
@@ -83,7 +83,7 @@ class Simulator(Handle):
     @property
     def true_station(self) -> Pose:
         """Where the rig stands: X_room = R X_rig + t."""
-        struct = _native.initial(_native.ptzcal_pose)
+        struct = _native.initial(_structs.ptzcal_pose)
         call(lib.ptzcal_simulator_true_station, self._pointer, byref(struct))
         return Pose._from_struct(struct)
 
@@ -115,13 +115,18 @@ class Simulator(Handle):
 
         Its exposure begins at `not_before` or later; seconds of the simulator's clock.
         """
-        struct, timestamp = _native.initial(_native.ptzcal_image), c_double()
+        struct, timestamp = _native.initial(_structs.ptzcal_image), c_double()
         number = unsigned(camera, "camera")
         # The pixels stay only until the next call for the same camera.
         with self._frames:
             call(
                 lib.ptzcal_simulator_next_frame,
-                self._pointer, number, not_before, timeout, byref(struct), byref(timestamp),
+                self._pointer,
+                number,
+                not_before,
+                timeout,
+                byref(struct),
+                byref(timestamp),
             )
             image = images.copied(struct)
         return Frame(image, timestamp.value, images.PixelFormat(struct.format))

@@ -24,8 +24,17 @@ def rotation(rx, ry, rz):
 def camera(distortion=()):
     model = "brown_conrady" if len(distortion) else "none"
     return ptzcal.Camera(
-        800, 600, 845.0, 847.0, 402.5, 305.25, 0.5, model, distortion,
-        rotation(0.02, -0.1, 0.03), (0.2, -0.1, 0.15),
+        800,
+        600,
+        845.0,
+        847.0,
+        402.5,
+        305.25,
+        0.5,
+        model,
+        distortion,
+        rotation(0.02, -0.1, 0.03),
+        (0.2, -0.1, 0.15),
     )
 
 
@@ -48,8 +57,16 @@ def room_points(n, seed=7):
 
 def rig_model(**changes):
     members = dict(
-        width=720, height=576, fx=800.0, fy=805.0, cx=360.0, cy=288.0,
-        laser_x0=0.1, laser_y0=0.005, laser_vx=-0.005, laser_vy=0.003,
+        width=720,
+        height=576,
+        fx=800.0,
+        fy=805.0,
+        cx=360.0,
+        cy=288.0,
+        laser_x0=0.1,
+        laser_y0=0.005,
+        laser_vx=-0.005,
+        laser_vy=0.003,
     )
     return ptzcal.RigModel(**{**members, **changes})
 
@@ -67,9 +84,7 @@ def shots(model, pan_tilt, depths):
     Z = np.asarray(depths)
     beam = np.c_[model.laser_x0 + model.laser_vx * Z, model.laser_y0 + model.laser_vy * Z, Z]
     xyz = np.array([head_rotation(*reading) @ m for reading, m in zip(pan_tilt, beam)])
-    spots = np.c_[
-        model.fx * beam[:, 0] / Z + model.cx, model.fy * beam[:, 1] / Z + model.cy
-    ]
+    spots = np.c_[model.fx * beam[:, 0] / Z + model.cx, model.fy * beam[:, 1] / Z + model.cy]
     return xyz, spots
 
 
@@ -126,7 +141,9 @@ class Header:
             self.structs[name] = [re.search(r"(\w+)(\[\d+\])?$", m).group(1) for m in members]
         text = re.sub(r"enum\s*\{[^}]*\};", " ", text)
         text = re.sub(r"typedef\s+struct\s+\w+\s*\{[^}]*\}\s*\w+;", " ", text)
-        for result, name, inside in re.findall(r"typedef\s+([\w ]+?)\s*\(\*(\w+)\)\(([^)]*)\)\s*;", text):
+        for result, name, inside in re.findall(
+            r"typedef\s+([\w ]+?)\s*\(\*(\w+)\)\(([^)]*)\)\s*;", text
+        ):
             self.callbacks[name] = (result, self._kinds(inside))
         text = re.sub(r"typedef[^;]*;", " ", text)
         for result, name, inside in re.findall(r"([\w *]+?)\b(ptzcal_\w+)\(([^)]*)\)\s*;", text):

@@ -33,8 +33,12 @@ class Points(TestCase):
     def assertIs_within(self, calibration, truth, deviations=5):
         camera = calibration.camera
         error = np.r_[
-            camera.fx - truth.fx, camera.fy - truth.fy, camera.skew - truth.skew,
-            camera.cx - truth.cx, camera.cy - truth.cy, camera.centre - truth.centre,
+            camera.fx - truth.fx,
+            camera.fy - truth.fy,
+            camera.skew - truth.skew,
+            camera.cx - truth.cx,
+            camera.cy - truth.cy,
+            camera.centre - truth.centre,
         ]
         sigma = calibration.standard_deviations
         sigma = np.r_[sigma[:5], sigma[-3:]]
@@ -124,8 +128,11 @@ class Points(TestCase):
         for form in forms:
             result = ptzcal.calibrate_camera(measured(truth, n, uv_covariance=form))
             self.assertClose(result.covariance, plain, rtol=1e-6, atol=1e-15)
-        for form in (1e-4 * np.eye(3), np.tile(1e-4 * np.eye(3), (n, 1, 1)),
-                     np.tile(1e-4 * np.eye(3).ravel(), (n, 1))):
+        for form in (
+            1e-4 * np.eye(3),
+            np.tile(1e-4 * np.eye(3), (n, 1, 1)),
+            np.tile(1e-4 * np.eye(3).ravel(), (n, 1)),
+        ):
             result = ptzcal.calibrate_camera(
                 measured(truth, n, uv_covariance=forms[0], xyz_covariance=form)
             )
@@ -258,8 +265,11 @@ class LaserShots(TestCase):
         noise = dict(spot_covariance=0.01 * np.eye(2), uv_covariance=0.04 * np.eye(2))
         measurements = ptzcal.Correspondences(*truth.size)
         measurements.add_laser_shots(
-            model, pan_tilt, spots + rng.normal(0, 0.1, spots.shape),
-            uv + rng.normal(0, 0.2, uv.shape), **noise,
+            model,
+            pan_tilt,
+            spots + rng.normal(0, 0.1, spots.shape),
+            uv + rng.normal(0, 0.2, uv.shape),
+            **noise,
         )
         self.assertEqual(len(measurements), len(uv))
         result = ptzcal.calibrate_camera(measurements)

@@ -133,7 +133,9 @@ class Cameras(TestCase):
             self.assertTrue(np.array_equal(loaded.R, c.R))
             square = dataclasses.replace(c, skew=0.0)
             square.save_opencv(str(path))
-            self.assertClose(ptzcal.Camera.load_opencv(str(path)).project(point), square.project(point))
+            self.assertClose(
+                ptzcal.Camera.load_opencv(str(path)).project(point), square.project(point)
+            )
             with self.fails("FILE_FORMAT"):
                 ptzcal.Camera.load(path)
             with self.fails("UNSUPPORTED"):

@@ -82,7 +82,9 @@ class Detection(TestCase):
             ptzcal.detect_spot(on, off, max_area=2)
         strong, weak = spot_frames(), spot_frames(centre=(60, 180), peak=40)
         both = np.maximum(strong[0], weak[0])
-        self.assertClose(ptzcal.detect_spot(both, off, ambiguity_ratio=1.0).centre, CENTRE, atol=0.1)
+        self.assertClose(
+            ptzcal.detect_spot(both, off, ambiguity_ratio=1.0).centre, CENTRE, atol=0.1
+        )
         with self.assertRaises(ptzcal.SpotAmbiguous):
             ptzcal.detect_spot(both, off, ambiguity_ratio=0.02)
 

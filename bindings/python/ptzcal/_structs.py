@@ -1,0 +1,205 @@
+"""The structs and callback types of include/ptzcal.h, in its order."""
+
+from ctypes import (
+    CFUNCTYPE,
+    POINTER,
+    Structure,
+    c_char_p,
+    c_double,
+    c_int32,
+    c_size_t,
+    c_ssize_t,
+    c_uint32,
+    c_uint64,
+    c_void_p,
+)
+
+
+class ptzcal_shot(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("index", c_uint32),
+        ("pan", c_double),
+        ("tilt", c_double),
+        ("zoom", c_double),
+        ("time", c_double),
+        ("found", c_uint32),
+        ("has_point", c_uint32),
+        ("fixed_found", c_uint32),
+        ("colour", c_uint32),
+        ("point", c_double * 3),
+        ("covariance", c_double * 9),
+        ("inverse_depth", c_double),
+        ("inverse_depth_variance", c_double),
+        ("epipolar_chi2", c_double),
+    ]
+
+
+class ptzcal_progress(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("pass", c_uint32),
+        ("passes", c_uint32),
+        ("measured", c_uint32),
+        ("done", c_uint64),
+        ("total", c_uint64),
+        ("elapsed", c_double),
+        ("seconds_left", c_double),
+        ("shot", POINTER(ptzcal_shot)),
+    ]
+
+
+class ptzcal_image(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("format", c_uint32),
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("plane", c_void_p * 4),
+        ("stride", c_ssize_t * 4),
+        ("size", c_size_t * 4),
+    ]
+
+
+class ptzcal_camera(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("distortion_model", c_uint32),
+        ("fx", c_double),
+        ("fy", c_double),
+        ("skew", c_double),
+        ("cx", c_double),
+        ("cy", c_double),
+        ("distortion", c_double * 8),
+        ("rotation", c_double * 9),
+        ("translation", c_double * 3),
+    ]
+
+
+class ptzcal_rig_model(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("distortion_model", c_uint32),
+        ("fx", c_double),
+        ("fy", c_double),
+        ("skew", c_double),
+        ("cx", c_double),
+        ("cy", c_double),
+        ("distortion", c_double * 8),
+        ("laser_x0", c_double),
+        ("laser_y0", c_double),
+        ("laser_vx", c_double),
+        ("laser_vy", c_double),
+        ("axis_tilt_y", c_double),
+        ("axis_tilt_z", c_double),
+        ("axis_pan_x", c_double),
+        ("axis_pan_z", c_double),
+        ("pan_zero", c_double),
+        ("pan_scale", c_double),
+        ("tilt_zero", c_double),
+        ("tilt_scale", c_double),
+    ]
+
+
+class ptzcal_spot(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("saturated", c_uint32),
+        ("x", c_double),
+        ("y", c_double),
+        ("covariance", c_double * 3),
+        ("peak", c_double),
+        ("signal_to_noise", c_double),
+        ("area", c_uint64),
+    ]
+
+
+class ptzcal_calibration_summary(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("iterations", c_uint32),
+        ("measurements", c_uint64),
+        ("inliers", c_uint64),
+        ("parameters", c_uint64),
+        ("rms", c_double),
+        ("noise_factor", c_double),
+        ("condition", c_double),
+    ]
+
+
+class ptzcal_pose(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("rotation", c_double * 9),
+        ("translation", c_double * 3),
+        ("rotation_angle", c_double),
+        ("residual_rms", c_double),
+        ("disagreement", c_double),
+        ("condition", c_double),
+    ]
+
+
+class ptzcal_region(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("pan_steps", c_uint32),
+        ("tilt_steps", c_uint32),
+        ("reserved", c_uint32),
+        ("pan_min", c_double),
+        ("pan_max", c_double),
+        ("tilt_min", c_double),
+        ("tilt_max", c_double),
+    ]
+
+
+class ptzcal_scan_summary(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("complete", c_uint32),
+        ("positions", c_uint64),
+        ("shots", c_uint64),
+        ("resumed", c_uint64),
+        ("found", c_uint64),
+        ("fixed_cameras", c_uint64),
+        ("journal_damaged", c_uint64),
+        ("journal_cut", c_uint64),
+    ]
+
+
+ptzcal_log_fn = CFUNCTYPE(None, c_void_p, c_int32, c_char_p)
+ptzcal_progress_fn = CFUNCTYPE(c_int32, c_void_p, POINTER(ptzcal_progress))
+ptzcal_ptz_move_fn = CFUNCTYPE(c_int32, c_void_p, c_double, c_double)
+ptzcal_ptz_position_fn = CFUNCTYPE(
+    c_int32, c_void_p, POINTER(c_double), POINTER(c_double), POINTER(c_double)
+)
+ptzcal_ptz_motion_fn = CFUNCTYPE(c_int32, c_void_p, POINTER(c_int32))
+ptzcal_ptz_stop_fn = CFUNCTYPE(c_int32, c_void_p)
+ptzcal_laser_fn = CFUNCTYPE(c_int32, c_void_p, c_int32)
+ptzcal_frame_fn = CFUNCTYPE(
+    c_int32, c_void_p, c_double, c_double, POINTER(ptzcal_image), POINTER(c_double)
+)
+ptzcal_clock_now_fn = CFUNCTYPE(c_double, c_void_p)
+ptzcal_clock_sleep_fn = CFUNCTYPE(None, c_void_p, c_double)
+
+
+class ptzcal_ptz(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("pan_min", c_double),
+        ("pan_max", c_double),
+        ("tilt_min", c_double),
+        ("tilt_max", c_double),
+        ("pan_step", c_double),
+        ("tilt_step", c_double),
+        ("user", c_void_p),
+        ("move_absolute", ptzcal_ptz_move_fn),
+        ("position", ptzcal_ptz_position_fn),
+        ("motion", ptzcal_ptz_motion_fn),
+        ("stop", ptzcal_ptz_stop_fn),
+    ]
