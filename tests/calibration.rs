@@ -166,6 +166,21 @@ fn known_lens_finds_the_pose_from_a_plane_and_from_space() {
     }
 }
 
+#[test]
+fn a_pose_needs_four_points_in_a_plane_or_six_in_space() {
+    let truth = near();
+    let options = CalibrationOptions { fixed_lens: Some((truth.intrinsics, truth.distortion)), ..Default::default() };
+    let shots = world(&truth, 5);
+    let set = point_set(&shots, 0.0, &mut Noise::new(1));
+    assert_eq!(calibrate_camera(&set, &options).unwrap_err(), Error::TooFewPoints { given: 5, needed: 6 });
+    let square = [[-0.5, -0.4], [0.5, -0.4], [0.5, 0.4], [-0.5, 0.4]].map(|[x, y]| Vector3::new(x, y, 3.0 + 0.2 * x));
+    let pixels = square.map(|x| truth.project(&x).unwrap());
+    let mut set = Correspondences::new(800, 600).unwrap();
+    set.add_points(&square, &pixels).unwrap();
+    let c = calibrate_camera(&set, &options).unwrap();
+    assert!(centre_error(&c.camera, &truth) < 1e-6);
+}
+
 fn kind(points: &[Vector3<f64>], truth: &Camera, sigma: f64) -> Error {
     let mut noise = Noise::new(4);
     let pixels: Vec<_> = points.iter().map(|x| truth.project(x).unwrap() + noise.pixel(sigma)).collect();

@@ -61,6 +61,9 @@ impl Search<'_> {
             measurements.iter().enumerate().map(|(i, m)| normalise(m, lens, i)).collect::<Result<Vec<_>>>()?;
         let fit = if planar { pose_from_plane } else { pose_from_space };
         let sample = if planar { 4 } else { dlt::MIN_POINTS };
+        if measurements.len() < sample {
+            return Err(Error::TooFewPoints { given: measurements.len(), needed: sample });
+        }
         let found = self.run(&normalised, &Solver { sample, minimal: &fit, fit: &fit })?;
         let p = found.projection;
         let pose = Rigid { rotation: p.fixed_columns::<3>(0).into(), translation: p.column(3).into() };
