@@ -18,7 +18,7 @@ help:
 	@echo "make demo       scans a simulated room and calibrates cameras; results in target/demo"
 	@echo "make test       runs all tests"
 	@echo "make accuracy   measures accuracy against bounds and truth; target/accuracy.json"
-	@echo "make bench      measures speed"
+	@echo "make bench      measures speed, ours and the peers'; target/bench.json"
 	@echo "make install    installs library, header and ptzcal.pc (PREFIX=$(PREFIX), DESTDIR=)"
 	@echo "make header     writes include/ptzcal.h anew from src/capi"
 	@echo "make lint       formatting and clippy"
@@ -40,8 +40,19 @@ test: need-cc
 accuracy: need-cargo
 	$(CARGO) run --release --example accuracy
 
+# Peers that cannot be installed are left out, and named.
 bench: need-cargo
-	$(CARGO) bench
+	$(CARGO) bench --bench '*'
+	$(CARGO) build --release --lib
+	@command -v $(PYTHON) >/dev/null || { echo "SKIPPED the peers: $(PYTHON) is not installed"; exit 0; }; \
+	set -e; venv="$(TARGET)/bench-venv"; \
+	[ -x "$$venv/bin/python" ] || $(PYTHON) -m venv "$$venv"; \
+	for package in numpy scipy opencv-python-headless; do \
+	  "$$venv/bin/python" -m pip install --quiet --disable-pip-version-check "$$package" || echo "$$package cannot be installed"; \
+	done; \
+	"$$venv/bin/python" -c 'import numpy' 2>/dev/null || { echo "SKIPPED the peers: NumPy cannot be installed"; exit 0; }; \
+	PTZCAL_LIBRARY="$(abspath $(TARGET))/release/libptzcal.so" PYTHONPATH=bindings/python \
+	  "$$venv/bin/python" benches/peers/bench.py --out "$(TARGET)/bench.json"
 
 header: need-cargo
 	PTZCAL_UPDATE_HEADER=1 $(CARGO) test --quiet --test c_api the_header_is_what_the_sources_make
