@@ -1,6 +1,7 @@
 # What people do with ptzcal; cargo does the work. `make` alone lists the targets.
 
 CARGO ?= cargo
+PYTHON ?= python3
 PREFIX ?= /usr/local
 LIBDIR ?= $(PREFIX)/lib
 INCLUDEDIR ?= $(PREFIX)/include
