@@ -1178,41 +1178,14 @@ ptzcal_status ptzcal_correspondences_count(const ptzcal_correspondences *set,
                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
- * Calibrating a camera
+ * How a camera is calibrated
  *
- * One solver for every mixture of measurements: ptzcal_calibrate_camera finds intrinsics, lens and
- * pose with their covariance, sets gross outliers aside, and refuses sets that cannot determine the
- * answer, with a hint that says what to add. The same input and seed give the same result.
+ * Options for ptzcal_calibrate_camera. Without any the defaults are used, which are right for laser
+ * shots and surveyed points.
  * ============================================================================================= */
-
-/**
- * A calibrated camera with all that says how good it is. Immutable: any number of threads may read
- * it.
- */
-typedef struct ptzcal_calibration ptzcal_calibration;
 
 /** How a camera is calibrated. */
 typedef struct ptzcal_calibration_options ptzcal_calibration_options;
-
-/** What a calibration says about itself. */
-typedef struct ptzcal_calibration_summary {
-  /** Set by ptzcal_calibration_summary_init. */
-  uint32_t struct_size;
-  /** Iterations of the last refinement. */
-  uint32_t iterations;
-  /** Measurements given. */
-  uint64_t measurements;
-  /** Measurements used; the others are outliers. */
-  uint64_t inliers;
-  /** Parameters: the side of the covariance matrix. */
-  uint64_t parameters;
-  /** Root mean square length of the inliers' residuals, pixels. */
-  double rms;
-  /** Noise that the residuals show over noise that was assumed: 1 when the covariances were right. */
-  double noise_factor;
-  /** Condition number of the normal equations, scaled to unit diagonal; 1 is perfect. */
-  double condition;
-} ptzcal_calibration_summary;
 
 /**
  * Makes options with their defaults, which are right for laser shots and surveyed points: no
@@ -1393,6 +1366,40 @@ ptzcal_status ptzcal_calibration_options_set_cancel(ptzcal_calibration_options *
                                                     const ptzcal_cancel *token,
                                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
 
+/* ================================================================================================
+ * Calibrating a camera
+ *
+ * One solver for every mixture of measurements: ptzcal_calibrate_camera finds intrinsics, lens and
+ * pose with their covariance, sets gross outliers aside, and refuses sets that cannot determine the
+ * answer, with a hint that says what to add. The same input and seed give the same result.
+ * ============================================================================================= */
+
+/**
+ * A calibrated camera with all that says how good it is. Immutable: any number of threads may read
+ * it.
+ */
+typedef struct ptzcal_calibration ptzcal_calibration;
+
+/** What a calibration says about itself. */
+typedef struct ptzcal_calibration_summary {
+  /** Set by ptzcal_calibration_summary_init. */
+  uint32_t struct_size;
+  /** Iterations of the last refinement. */
+  uint32_t iterations;
+  /** Measurements given. */
+  uint64_t measurements;
+  /** Measurements used; the others are outliers. */
+  uint64_t inliers;
+  /** Parameters: the side of the covariance matrix. */
+  uint64_t parameters;
+  /** Root mean square length of the inliers' residuals, pixels. */
+  double rms;
+  /** Noise that the residuals show over noise that was assumed: 1 when the covariances were right. */
+  double noise_factor;
+  /** Condition number of the normal equations, scaled to unit diagonal; 1 is perfect. */
+  double condition;
+} ptzcal_calibration_summary;
+
 /**
  * Calibrates a camera from 2D-3D measurements. The set is in use until the call returns: other
  * threads may read it, but adding to it is PTZCAL_STATUS_BUSY.
@@ -1533,7 +1540,7 @@ ptzcal_status ptzcal_calibration_copy_inliers(const ptzcal_calibration *calibrat
                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
- * Rig poses by roof edges
+ * Planes and roof edges
  *
  * A roof edge is the line where two planes meet: wall and floor, two faces of a box. Two stations of
  * a rig that measured the same two edges (or more) are tied by them. Add to each station's set its
@@ -1541,48 +1548,8 @@ ptzcal_status ptzcal_calibration_copy_inliers(const ptzcal_calibration *calibrat
  * the same order, with their planes in the same order.
  * ============================================================================================= */
 
-/** How a pose is computed from roof edges. */
-enum {
-  /** Rigid Procrustes on points of the edges (Gois and Gaspar): the default. */
-  PTZCAL_POSE_METHOD_ROOF_EDGE_PROCRUSTES = 0,
-  /** Closed form on the planes themselves; more accurate. */
-  PTZCAL_POSE_METHOD_PLANE_TO_PLANE = 1,
-  /** The planes weighted by their full covariances; the most accurate. */
-  PTZCAL_POSE_METHOD_MAXIMUM_LIKELIHOOD = 2,
-};
-typedef uint32_t ptzcal_pose_method;
-
-/** The pose of station b in station a's frame. Immutable: any number of threads may read it. */
-typedef struct ptzcal_pose_estimate ptzcal_pose_estimate;
-
-/** How a pose is estimated. */
-typedef struct ptzcal_pose_options ptzcal_pose_options;
-
 /** The planes and roof edges that one station measured. */
 typedef struct ptzcal_roof_edges ptzcal_roof_edges;
-
-/** The pose of one station in another's frame. */
-typedef struct ptzcal_pose {
-  /** Set by ptzcal_pose_init. */
-  uint32_t struct_size;
-  /** 0. */
-  uint32_t reserved;
-  /** R, row-major, in X_a = R X_b + t. */
-  double rotation[9];
-  /** t, metres: the position of station b in station a's frame. */
-  double translation[3];
-  /** Angle of R, radians. */
-  double rotation_angle;
-  /** Root mean square distance between the two stations' points on the edges, metres. */
-  double residual_rms;
-  /**
-   * Largest difference that is left between the two stations' planes: of their unit normals, and
-   * of their distances relative to the edges' mean distance.
-   */
-  double disagreement;
-  /** How much better the best-determined direction is than the worst; 1 at best. */
-  double condition;
-} ptzcal_pose;
 
 /**
  * Makes an empty set of planes and edges for one station.
@@ -1698,6 +1665,52 @@ ptzcal_status ptzcal_roof_edges_add_edge(ptzcal_roof_edges *edges,
                                          uint32_t first,
                                          uint32_t second,
                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Rig poses by roof edges
+ *
+ * The pose of one station of a rig in another's frame, from the roof edges that both measured.
+ * ============================================================================================= */
+
+/** How a pose is computed from roof edges. */
+enum {
+  /** Rigid Procrustes on points of the edges (Gois and Gaspar): the default. */
+  PTZCAL_POSE_METHOD_ROOF_EDGE_PROCRUSTES = 0,
+  /** Closed form on the planes themselves; more accurate. */
+  PTZCAL_POSE_METHOD_PLANE_TO_PLANE = 1,
+  /** The planes weighted by their full covariances; the most accurate. */
+  PTZCAL_POSE_METHOD_MAXIMUM_LIKELIHOOD = 2,
+};
+typedef uint32_t ptzcal_pose_method;
+
+/** The pose of station b in station a's frame. Immutable: any number of threads may read it. */
+typedef struct ptzcal_pose_estimate ptzcal_pose_estimate;
+
+/** How a pose is estimated. */
+typedef struct ptzcal_pose_options ptzcal_pose_options;
+
+/** The pose of one station in another's frame. */
+typedef struct ptzcal_pose {
+  /** Set by ptzcal_pose_init. */
+  uint32_t struct_size;
+  /** 0. */
+  uint32_t reserved;
+  /** R, row-major, in X_a = R X_b + t. */
+  double rotation[9];
+  /** t, metres: the position of station b in station a's frame. */
+  double translation[3];
+  /** Angle of R, radians. */
+  double rotation_angle;
+  /** Root mean square distance between the two stations' points on the edges, metres. */
+  double residual_rms;
+  /**
+   * Largest difference that is left between the two stations' planes: of their unit normals, and
+   * of their distances relative to the edges' mean distance.
+   */
+  double disagreement;
+  /** How much better the best-determined direction is than the worst; 1 at best. */
+  double condition;
+} ptzcal_pose;
 
 /**
  * Makes options with their defaults: roof-edge Procrustes, levers of the scene's size, planes and
@@ -2204,15 +2217,11 @@ ptzcal_status ptzcal_simulator_sleep(const ptzcal_simulator *simulator,
                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
- * Rigs
+ * What a rig is made of
  *
- * A rig is a pan-tilt head with a camera and a laser. It is opened on the host's callbacks or on an
- * address. The laser is off whenever the library is not sure: while the head moves, on every error,
- * when a call is cancelled, and from the moment a rig is closed.
+ * Devices by callbacks or by an address, the rig's model, and how it behaves. The options are read
+ * when a rig is opened.
  * ============================================================================================= */
-
-/** An open rig. */
-typedef struct ptzcal_rig ptzcal_rig;
 
 /** What a rig is made of, and how it behaves. */
 typedef struct ptzcal_rig_options ptzcal_rig_options;
@@ -2417,6 +2426,17 @@ ptzcal_status ptzcal_rig_options_set_frame_wait(ptzcal_rig_options *options,
 ptzcal_status ptzcal_rig_options_set_laser_max_on(ptzcal_rig_options *options,
                                                   double seconds,
                                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Rigs
+ *
+ * A rig is a pan-tilt head with a camera and a laser. It is opened on the host's callbacks or on an
+ * address. The laser is off whenever the library is not sure: while the head moves, on every error,
+ * when a call is cancelled, and from the moment a rig is closed.
+ * ============================================================================================= */
+
+/** An open rig. */
+typedef struct ptzcal_rig ptzcal_rig;
 
 /**
  * Opens a rig: takes its devices over and switches the laser off; the head does not move.
@@ -2640,89 +2660,13 @@ ptzcal_status ptzcal_rig_release(const ptzcal_rig *rig,
                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
- * Scanning a region
+ * How a region is scanned
  *
- * A scan turns the head over a grid of positions, measures a point with the laser at each, and
- * watches any number of fixed cameras at the same time. It goes over the region twice: a coarse
- * subset of positions tells roughly where each fixed camera stands, and for all others the spot is
- * looked for only where it can be. With a journal, a scan that is killed goes on where it was.
+ * Options for ptzcal_rig_scan_region, and the fixed cameras that watch.
  * ============================================================================================= */
-
-/** What a scan measured. Immutable: any number of threads may read it. */
-typedef struct ptzcal_scan ptzcal_scan;
 
 /** How a region is scanned. */
 typedef struct ptzcal_scan_options ptzcal_scan_options;
-
-/**
- * The pan and tilt positions of a scan: a grid, both ends included; a single step stands in the
- * middle.
- */
-typedef struct ptzcal_region {
-  /** Set by ptzcal_region_init. */
-  uint32_t struct_size;
-  /** Positions of pan, at least 1. */
-  uint32_t pan_steps;
-  /** Positions of tilt, at least 1. At most 1,000,000 positions in all. */
-  uint32_t tilt_steps;
-  /** 0. */
-  uint32_t reserved;
-  /** Least reading of pan, radians. */
-  double pan_min;
-  /** Greatest reading of pan, radians. */
-  double pan_max;
-  /** Least reading of tilt, radians. */
-  double tilt_min;
-  /** Greatest reading of tilt, radians. */
-  double tilt_max;
-} ptzcal_region;
-
-/** What a scan came to. */
-typedef struct ptzcal_scan_summary {
-  /** Set by ptzcal_scan_summary_init. */
-  uint32_t struct_size;
-  /** 1 when every position was visited; ptzcal_scan_end says why not. */
-  uint32_t complete;
-  /** Positions of the region. */
-  uint64_t positions;
-  /** Shots taken, those of the journal included. */
-  uint64_t shots;
-  /** Shots read from the journal. */
-  uint64_t resumed;
-  /** Shots whose spot the head camera saw. */
-  uint64_t found;
-  /** Fixed cameras watched. */
-  uint64_t fixed_cameras;
-  /** Records of the journal that were damaged; their positions were measured again. */
-  uint64_t journal_damaged;
-  /** Bytes of an unfinished record that were cut off the journal's end. */
-  uint64_t journal_cut;
-} ptzcal_scan_summary;
-
-/**
- * Sets up a region: one position, straight ahead.
- *
- * @param region The struct.
- * @param size   sizeof *region.
- * @return PTZCAL_STATUS_OK.
- *
- * Threads: free.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_region_init(ptzcal_region *region, size_t size) PTZCAL_NOEXCEPT;
-
-/**
- * Sets up a summary: everything 0.
- *
- * @param summary The struct.
- * @param size    sizeof *summary.
- * @return PTZCAL_STATUS_OK.
- *
- * Threads: free.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_scan_summary_init(ptzcal_scan_summary *summary,
-                                       size_t size) PTZCAL_NOEXCEPT;
 
 /**
  * Makes options with their defaults: no fixed cameras, one frame per state, no journal.
@@ -2925,6 +2869,88 @@ ptzcal_status ptzcal_scan_options_set_cancel(ptzcal_scan_options *options,
                                              const ptzcal_cancel *token,
                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
 
+/* ================================================================================================
+ * Scanning a region
+ *
+ * A scan turns the head over a grid of positions, measures a point with the laser at each, and
+ * watches any number of fixed cameras at the same time. It goes over the region twice: a coarse
+ * subset of positions tells roughly where each fixed camera stands, and for all others the spot is
+ * looked for only where it can be. With a journal, a scan that is killed goes on where it was.
+ * ============================================================================================= */
+
+/** What a scan measured. Immutable: any number of threads may read it. */
+typedef struct ptzcal_scan ptzcal_scan;
+
+/**
+ * The pan and tilt positions of a scan: a grid, both ends included; a single step stands in the
+ * middle.
+ */
+typedef struct ptzcal_region {
+  /** Set by ptzcal_region_init. */
+  uint32_t struct_size;
+  /** Positions of pan, at least 1. */
+  uint32_t pan_steps;
+  /** Positions of tilt, at least 1. At most 1,000,000 positions in all. */
+  uint32_t tilt_steps;
+  /** 0. */
+  uint32_t reserved;
+  /** Least reading of pan, radians. */
+  double pan_min;
+  /** Greatest reading of pan, radians. */
+  double pan_max;
+  /** Least reading of tilt, radians. */
+  double tilt_min;
+  /** Greatest reading of tilt, radians. */
+  double tilt_max;
+} ptzcal_region;
+
+/** What a scan came to. */
+typedef struct ptzcal_scan_summary {
+  /** Set by ptzcal_scan_summary_init. */
+  uint32_t struct_size;
+  /** 1 when every position was visited; ptzcal_scan_end says why not. */
+  uint32_t complete;
+  /** Positions of the region. */
+  uint64_t positions;
+  /** Shots taken, those of the journal included. */
+  uint64_t shots;
+  /** Shots read from the journal. */
+  uint64_t resumed;
+  /** Shots whose spot the head camera saw. */
+  uint64_t found;
+  /** Fixed cameras watched. */
+  uint64_t fixed_cameras;
+  /** Records of the journal that were damaged; their positions were measured again. */
+  uint64_t journal_damaged;
+  /** Bytes of an unfinished record that were cut off the journal's end. */
+  uint64_t journal_cut;
+} ptzcal_scan_summary;
+
+/**
+ * Sets up a region: one position, straight ahead.
+ *
+ * @param region The struct.
+ * @param size   sizeof *region.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_region_init(ptzcal_region *region, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a summary: everything 0.
+ *
+ * @param summary The struct.
+ * @param size    sizeof *summary.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_summary_init(ptzcal_scan_summary *summary,
+                                       size_t size) PTZCAL_NOEXCEPT;
+
 /**
  * Scans a region. A scan that ends early (stopped by the callback, cancelled, a device or the
  * journal failed) still returns what it measured: PTZCAL_STATUS_OK with a scan that is not
@@ -3085,6 +3111,107 @@ ptzcal_status ptzcal_roof_edges_add_plane_scan(ptzcal_roof_edges *edges,
                                                const ptzcal_region *region,
                                                uint32_t *plane,
                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Files
+ *
+ * Cameras and clouds on disk. A file is written at once or not at all: on an error the old one, if
+ * there was one, is still there.
+ * ============================================================================================= */
+
+/**
+ * Writes a calibration as JSON: the camera, its covariance, the residuals and what else it says of
+ * itself, every number to its last bit.
+ *
+ * @param calibration The calibration.
+ * @param path        The file.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_save(const ptzcal_calibration *calibration,
+                                      const char *path,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes a camera alone as JSON.
+ *
+ * @param camera The camera.
+ * @param path   The file.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_save(const ptzcal_camera *camera,
+                                 const char *path,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Reads the camera of a file written by ptzcal_camera_save or ptzcal_calibration_save.
+ *
+ * @param path   The file.
+ * @param camera Receives the camera; set up by ptzcal_camera_init.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_FILE_FORMAT (the message names the
+ *         key or the line); PTZCAL_STATUS_FILE_VERSION.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_load(const char *path,
+                                 ptzcal_camera *camera,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes a camera as OpenCV's YAML, with the pose in keys of our own.
+ *
+ * @param camera The camera: without skew, with no lens model or Brown-Conrady.
+ * @param path   The file.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_UNSUPPORTED for what OpenCV's file
+ *         cannot hold.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_save_opencv(const ptzcal_camera *camera,
+                                        const char *path,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Reads a camera from OpenCV's YAML. Without our keys its pose is the identity.
+ *
+ * @param path   The file.
+ * @param camera Receives the camera; set up by ptzcal_camera_init.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_FILE_FORMAT;
+ *         PTZCAL_STATUS_UNSUPPORTED for lens models that this library does not have.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_load_opencv(const char *path,
+                                        ptzcal_camera *camera,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes the measured points of a scan as binary PLY, with their colours and standard deviations.
+ *
+ * @param scan  The scan.
+ * @param path  The file.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_save_ply(const ptzcal_scan *scan,
+                                   const char *path,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 #ifdef __cplusplus
 } /* extern "C" */
