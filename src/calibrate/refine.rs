@@ -20,51 +20,67 @@ const CENTRE: usize = 13;
 
 type Row = [f64; ALL];
 
-/// Which combinations of the parameters are free, and what is believed of them beforehand.
+/// An unknown of the refinement: a parameter, and another one that moves along with it.
+#[derive(Debug, Clone, Copy)]
+struct Unknown {
+    parameter: usize,
+    tied: Option<usize>,
+}
+
+impl Unknown {
+    fn moves(&self, parameter: usize) -> bool {
+        parameter == self.parameter || Some(parameter) == self.tied
+    }
+
+    /// The derivative by this unknown, from those by all parameters.
+    fn derivative<T: Copy + std::ops::Add<Output = T>>(&self, by_parameter: &[T; ALL]) -> T {
+        let own = by_parameter[self.parameter];
+        self.tied.map_or(own, |tied| own + by_parameter[tied])
+    }
+}
+
+/// Which parameters are free, and what is believed of them beforehand.
 #[derive(Debug, Clone)]
 pub(crate) struct Freedom {
-    /// One direction in parameter space for each unknown.
-    columns: Vec<Row>,
+    unknowns: Vec<Unknown>,
     /// Residuals of priors, linear in the parameters: row . parameters ~ N(0, 1), lens scale divided out.
     priors: Vec<Row>,
 }
 
 impl Freedom {
     pub fn of(options: &CalibrationOptions) -> Self {
-        let unit = |i: usize| -> Row { std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }) };
-        let (mut columns, mut priors) = (Vec::new(), Vec::new());
+        let unit = |parameter: usize| Unknown { parameter, tied: None };
+        let (mut unknowns, mut priors) = (Vec::new(), Vec::new());
         if options.fixed_lens.is_none() {
             if options.aspect_sigma > 0.0 {
-                columns.extend([unit(0), unit(1)]);
+                unknowns.extend([unit(0), unit(1)]);
                 let mut aspect = [0.0; ALL];
                 (aspect[0], aspect[1]) = (1.0 / options.aspect_sigma, -1.0 / options.aspect_sigma);
                 priors.push(aspect);
             } else {
-                let mut both = unit(0);
-                both[1] = 1.0;
-                columns.push(both);
+                unknowns.push(Unknown { parameter: 0, tied: Some(1) });
             }
             if options.skew_sigma > 0.0 {
-                columns.push(unit(2));
+                unknowns.push(unit(2));
                 let mut skew = [0.0; ALL];
                 skew[2] = 1.0 / options.skew_sigma;
                 priors.push(skew);
             }
-            columns.extend([unit(3), unit(4)]);
+            unknowns.extend([unit(3), unit(4)]);
             let coefficients: &[usize] = match options.distortion {
                 DistortionModel::None => &[],
                 DistortionModel::Radial1 | DistortionModel::Division => &[0],
                 DistortionModel::Radial2 => &[0, 1],
                 DistortionModel::BrownConrady => &[0, 1, 2, 3, 4],
             };
-            columns.extend(coefficients.iter().map(|i| unit(DISTORTION + i)));
+            unknowns.extend(coefficients.iter().map(|i| unit(DISTORTION + i)));
         }
-        columns.extend((ROTATION..ALL).map(unit));
-        Self { columns, priors }
+        unknowns.extend((ROTATION..ALL).map(unit));
+        Self { unknowns, priors }
     }
 
     pub fn count(&self) -> usize {
-        self.columns.len()
+        self.unknowns.len()
     }
 }
 
@@ -171,7 +187,7 @@ pub(crate) fn refine(
     let (inverse, condition) = invert_spd(&system.h).ok_or_else(|| {
         Error::degenerate(crate::error::Degeneracy::IllConditioned, "the normal equations are singular")
     })?;
-    let s = DMatrix::from_fn(ALL, freedom.count(), |i, j| freedom.columns[j][i]);
+    let s = DMatrix::from_fn(ALL, freedom.count(), |i, j| f64::from(freedom.unknowns[j].moves(i)));
     let covariance = &s * inverse * s.transpose();
     let focal_deviation = covariance[(0, 0)].max(covariance[(1, 1)]).max(0.0).sqrt() / state.intrinsics.fx;
     Ok(Refined { camera: state, covariance, focal_deviation, condition, chi2: system.chi2, iterations })
@@ -237,8 +253,8 @@ fn linearise(
         let r = w * (m.pixel - p.pixel);
         cost += r.norm_squared();
         let full = full_jacobian(&p);
-        for (k, column) in freedom.columns.iter().enumerate() {
-            let white = w * combine(&full, column);
+        for (k, unknown) in freedom.unknowns.iter().enumerate() {
+            let white = w * unknown.derivative(&full);
             (j[0][k], j[1][k]) = (white.x, white.y);
         }
         accumulate(&mut h, &j[0], 1.0, n);
@@ -267,8 +283,8 @@ fn linearise(
         let value: f64 = prior.iter().zip(&now).map(|(a, b)| a * b).sum::<f64>() / focal;
         cost += value * value;
         let mut row = [0.0; ALL];
-        for (r, column) in row.iter_mut().zip(&freedom.columns) {
-            *r = column.iter().zip(prior).map(|(a, b)| a * b).sum::<f64>() / focal;
+        for (r, unknown) in row.iter_mut().zip(&freedom.unknowns) {
+            *r = unknown.derivative(prior) / focal;
         }
         accumulate(&mut h, &row, 1.0, n);
         for (g, r) in g.iter_mut().zip(&row) {
@@ -300,10 +316,6 @@ fn full_jacobian(p: &crate::geometry::camera::Projection) -> [Vector2<f64>; ALL]
     })
 }
 
-fn combine(full: &[Vector2<f64>; ALL], column: &Row) -> Vector2<f64> {
-    full.iter().zip(column).filter(|(_, c)| **c != 0.0).map(|(v, c)| v * *c).sum()
-}
-
 /// (H + damping diag H) step = g.
 fn solve(system: &System, damping: f64) -> Option<DVector<f64>> {
     let n = system.g.len();
@@ -324,9 +336,10 @@ fn solve(system: &System, damping: f64) -> Option<DVector<f64>> {
 /// The camera after a step; `None` when a focal length would not be positive.
 fn moved(camera: &Camera, freedom: &Freedom, step: &DVector<f64>) -> Option<Camera> {
     let mut change = [0.0; ALL];
-    for (column, s) in freedom.columns.iter().zip(step.iter()) {
-        for (c, k) in change.iter_mut().zip(column) {
-            *c += k * s;
+    for (unknown, s) in freedom.unknowns.iter().zip(step.iter()) {
+        change[unknown.parameter] += s;
+        if let Some(tied) = unknown.tied {
+            change[tied] += s;
         }
     }
     let k = camera.intrinsics.to_array();
