@@ -1,5 +1,6 @@
 //! Files: exact round trips, damage that is always noticed, and OpenCV's own verdict.
 
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -268,7 +269,7 @@ fn opencv_reads_our_yaml() {
     let python = std::env::var("PYTHON").unwrap_or_else(|_| "python3".into());
     let available = Command::new(&python).args(["-c", "import cv2"]).output().is_ok_and(|o| o.status.success());
     if !available {
-        println!("skipped: {python} has no cv2");
+        let _ = writeln!(std::io::stderr(), "SKIPPED reading the YAML back with OpenCV: {python} has no cv2");
         return;
     }
     let folder = Folder::new("opencv");

@@ -1,21 +1,14 @@
 //! Spot detection on real photographs of ../shared/data (or $PTZCAL_DATA); skipped when they are absent.
 
+#[path = "support/data.rs"]
+mod data;
+
 use std::path::PathBuf;
 
+use data::folder;
 use ptzcal::detect::spot::{LaserColour, Region, Spot, SpotOptions, detect_spot};
 use ptzcal::error::{Error, Result};
 use ptzcal::image::{Image, PixelFormat};
-
-fn folder(name: &str) -> Option<PathBuf> {
-    let data = std::env::var_os("PTZCAL_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
-    let folder = data.join(name);
-    if !folder.is_dir() {
-        println!("skipped: no {}", folder.display());
-        return None;
-    }
-    Some(folder)
-}
 
 fn load(path: PathBuf) -> Image {
     let rgb = image::open(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).to_rgb8();

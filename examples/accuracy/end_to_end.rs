@@ -7,7 +7,7 @@ use ptzcal::control::Log;
 use ptzcal::rig::{FixedCamera, Rig, RigOptions, RigParts, ScanOptions, ScanRegion, scan_region};
 use ptzcal::sim::{SimOptions, Simulator};
 
-use super::Figure;
+use super::figure::Figure;
 
 /// What each fixed camera sees of the room, as the rig's pan and tilt in degrees.
 const REGIONS: [(&str, [f64; 2], [f64; 2]); 2] =

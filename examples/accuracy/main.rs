@@ -4,6 +4,7 @@
 #[path = "../../tests/support/data.rs"]
 mod data;
 mod end_to_end;
+mod figure;
 mod outliers;
 mod real;
 mod simulated;
@@ -12,26 +13,7 @@ mod thesis;
 
 use std::io::Write;
 
-/// One measured figure.
-pub struct Figure {
-    /// As the mathematics notes name it, or the wording.
-    pub goal: &'static str,
-    pub setup: String,
-    pub figure: f64,
-    pub unit: &'static str,
-    /// What it is held against: the Cramer-Rao bound or the truth's tolerance.
-    pub bound: f64,
-    /// figure / bound, or the figure itself where it already is a ratio.
-    pub ratio: f64,
-    pub limit: f64,
-    pub runs: usize,
-}
-
-impl Figure {
-    fn met(&self) -> bool {
-        self.ratio <= self.limit
-    }
-}
+use figure::Figure;
 
 fn main() -> std::io::Result<()> {
     let quick = std::env::args().any(|a| a == "quick");

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Vector2};
 use ptzcal::calibrate::{CalibrationOptions, Correspondences, Observation, calibrate_camera};
 
-use super::Figure;
+use super::figure::Figure;
 use super::thesis::{Noise, near, rig, world};
 
 pub fn run(runs: usize, report: &mut impl FnMut(Vec<Figure>)) {

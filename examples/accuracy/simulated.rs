@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use ptzcal::calibrate::{Calibration, CalibrationOptions, calibrate_camera, dlt};
 use ptzcal::geometry::{Camera, rigid};
 
-use super::Figure;
+use super::figure::Figure;
 use super::thesis::{Noise, Shot, far, laser_set, near, point_set, rig, world};
 
 /// All eleven parameters free.
