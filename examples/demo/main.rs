@@ -16,9 +16,7 @@ use std::time::Instant;
 
 use ptzcal::calibrate::{Calibration, CalibrationOptions, DistortionModel, calibrate_camera};
 use ptzcal::control::Log;
-use ptzcal::format::{
-    CalibrationRecord, CameraRecord, OpenCvCamera, PointCloud, write_camera, write_opencv_yaml, write_ply,
-};
+use ptzcal::format::{OpenCvCamera, write_camera, write_opencv_yaml, write_ply};
 use ptzcal::geometry::Camera;
 use ptzcal::rig::{FixedCamera, Progress, Rig, RigOptions, RigParts, Scan, ScanOptions, ScanRegion, scan_region};
 use ptzcal::sim::{SimOptions, Simulator};
@@ -158,27 +156,13 @@ fn describe(c: &Calibration, truth: &Camera, seconds: f64) {
 }
 
 fn save(folder: &Path, scan: &Scan, c: &Calibration) -> Outcome<()> {
-    let calibration = Some(CalibrationRecord {
-        covariance: c.covariance.clone(),
-        residuals: c.residuals.clone(),
-        inliers: c.inliers.clone(),
-        rms: c.rms,
-        noise_factor: c.noise_factor,
-        condition: c.condition,
-        iterations: c.iterations,
-    });
-    write_camera(&folder.join("camera.json"), &CameraRecord { camera: c.camera, calibration })?;
+    write_camera(&folder.join("camera.json"), &c.record())?;
     // OpenCV's file has no place for skew; ours is a fraction of a pixel across the image.
     let mut camera = c.camera;
     camera.intrinsics.skew = 0.0;
     write_opencv_yaml(&folder.join("camera.yaml"), &OpenCvCamera { camera, rms: Some(c.rms) })?;
-    let points = scan.points();
-    let cloud = PointCloud {
-        positions: points.iter().map(|p| p.position).collect(),
-        colours: points.iter().map(|p| p.colour).collect(),
-        deviations: Some(points.iter().map(|p| p.covariance.trace().sqrt()).collect()),
-    };
+    let cloud = scan.cloud();
     write_ply(&folder.join("cloud.ply"), &cloud)?;
-    println!("   {} points in cloud.ply, the camera in camera.json and camera.yaml", points.len());
+    println!("   {} points in cloud.ply, the camera in camera.json and camera.yaml", cloud.positions.len());
     Ok(())
 }

@@ -24,6 +24,13 @@ pub(crate) struct Consensus {
     pub noise_factor: f64,
 }
 
+impl Consensus {
+    /// `score`: the median of the squared distances.
+    pub fn of(projection: Matrix3x4<f64>, score: f64) -> Self {
+        Self { projection, noise_factor: (score / CHI2_MEDIAN).sqrt() }
+    }
+}
+
 /// How candidates are made.
 pub(crate) struct Solver<'a> {
     /// Points in a minimal sample.
@@ -75,9 +82,10 @@ pub(crate) fn search(
         needed = samples_needed(&scored, &p, score, solver.sample, tried);
     }
     Ok(best.filter(|(score, _)| score.is_finite()).map(|(score, projection)| {
+        let mut found = Consensus::of(projection, score);
         // The sample fits itself: Rousseeuw's correction for small sets.
-        let small = 1.0 + 5.0 / (n - solver.sample).max(1) as f64;
-        Consensus { projection, noise_factor: small * (score / CHI2_MEDIAN).sqrt() }
+        found.noise_factor *= 1.0 + 5.0 / n.saturating_sub(solver.sample).max(1) as f64;
+        found
     }))
 }
 
@@ -101,8 +109,8 @@ fn optimise_locally(
     (score, p)
 }
 
-/// The median of the distances.
-fn median(scored: &[Measurement], p: &Matrix3x4<f64>, distances: &mut Vec<f64>) -> f64 {
+/// The median of the squared distances.
+pub(crate) fn median(scored: &[Measurement], p: &Matrix3x4<f64>, distances: &mut Vec<f64>) -> f64 {
     distances.clear();
     distances.extend(scored.iter().map(|m| m.distance_by_matrix(p)));
     *distances.select_nth_unstable_by(scored.len() / 2, f64::total_cmp).1

@@ -76,10 +76,7 @@ pub(crate) struct Frame {
 impl Frame {
     /// Points at or beyond infinity are left out of the centroid.
     pub fn of(measurements: &[Measurement]) -> Option<Self> {
-        let finite = measurements.iter().filter_map(|m| {
-            let x = m.homogeneous(m.rho);
-            (x.w > 1e-6).then(|| x.xyz() / x.w)
-        });
+        let finite = measurements.iter().filter_map(Measurement::position);
         let pixels: Vec<_> = measurements.iter().map(|m| m.pixel).collect();
         Some(Self { space: Normalisation3::of(finite)?, image: Normalisation2::of(&pixels)? })
     }

@@ -1,6 +1,6 @@
 //! One form for all observations: a homogeneous point that is linear in an unknown inverse depth.
 
-use nalgebra::{Matrix2, Matrix3x4, SMatrix, Vector2, Vector4};
+use nalgebra::{Matrix2, Matrix3x4, SMatrix, Vector2, Vector3, Vector4};
 
 use super::correspondences::Observation;
 use crate::geometry::Camera;
@@ -74,6 +74,12 @@ impl Measurement {
 
     pub fn homogeneous(&self, rho: f64) -> Vector4<f64> {
         self.base + self.slope * rho
+    }
+
+    /// Metric position at the measured depth; `None` at or beyond infinity.
+    pub fn position(&self) -> Option<Vector3<f64>> {
+        let x = self.homogeneous(self.rho);
+        (x.w > 1e-6).then(|| x.xyz() / x.w)
     }
 
     pub fn slope(&self) -> &Vector4<f64> {

@@ -16,6 +16,7 @@ pub use solve::calibrate_camera;
 use nalgebra::{DMatrix, Vector2};
 
 use crate::control::Cancel;
+use crate::format::{CalibrationRecord, CameraRecord};
 use crate::geometry::{Camera, Distortion, Intrinsics};
 
 /// Which lens model is fitted.
@@ -91,4 +92,20 @@ pub struct Calibration {
     /// Condition number of the normal equations at unit diagonal.
     pub condition: f64,
     pub iterations: usize,
+}
+
+impl Calibration {
+    /// All of it, as a camera file holds it.
+    pub fn record(&self) -> CameraRecord {
+        let calibration = CalibrationRecord {
+            covariance: self.covariance.clone(),
+            residuals: self.residuals.clone(),
+            inliers: self.inliers.clone(),
+            rms: self.rms,
+            noise_factor: self.noise_factor,
+            condition: self.condition,
+            iterations: self.iterations,
+        };
+        CameraRecord { camera: self.camera, calibration: Some(calibration) }
+    }
 }

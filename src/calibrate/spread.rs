@@ -55,16 +55,13 @@ pub(crate) fn check(measurements: &[Measurement], plane_is_enough: bool, needed:
 
 /// Metric position and covariance, where there is one.
 fn position(m: &Measurement) -> Option<(Vector3<f64>, Matrix3<f64>)> {
-    let x = m.homogeneous(m.rho);
     // Near infinity a position and its covariance mean nothing.
-    if x.w <= 1e-6 || m.rho < 3.0 * m.sigma_rho {
-        return None;
-    }
-    let point = x.xyz() / x.w;
+    let point = m.position().filter(|_| m.rho >= 3.0 * m.sigma_rho)?;
+    let weight = m.homogeneous(m.rho).w;
     let covariance = m
         .noise_columns()
         .map(|e| {
-            let g = (e.xyz() - point * e.w) / x.w;
+            let g = (e.xyz() - point * e.w) / weight;
             g * g.transpose()
         })
         .sum();

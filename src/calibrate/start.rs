@@ -3,7 +3,7 @@
 
 use nalgebra::{Matrix2, Matrix3, Matrix3x4, Vector2, Vector3};
 
-use super::consensus::{Consensus, Solver, search};
+use super::consensus::{Consensus, Solver, median, search};
 use super::dlt;
 use super::measurement::Measurement;
 use crate::control::Cancel;
@@ -32,12 +32,7 @@ impl Search<'_> {
         let found = if self.robust {
             search(measurements, solver, self.seed, self.cancel)?
         } else {
-            (solver.fit)(measurements).map(|projection| {
-                let mut d: Vec<f64> = measurements.iter().map(|m| m.distance_by_matrix(&projection)).collect();
-                let middle = d.len() / 2;
-                let median = *d.select_nth_unstable_by(middle, f64::total_cmp).1;
-                Consensus { projection, noise_factor: (median / super::consensus::CHI2_MEDIAN).sqrt() }
-            })
+            (solver.fit)(measurements).map(|p| Consensus::of(p, median(measurements, &p, &mut Vec::new())))
         };
         found.filter(|c| c.noise_factor.is_finite()).ok_or_else(|| {
             Error::degenerate(Degeneracy::IllConditioned, "no projection matrix puts the points in front of a camera")
@@ -111,8 +106,7 @@ fn pose_from_space(measurements: &[Measurement]) -> Option<Matrix3x4<f64>> {
 
 /// [R | t] from points in a plane by their homography.
 fn pose_from_plane(measurements: &[Measurement]) -> Option<Matrix3x4<f64>> {
-    let points: Vec<Vector3<f64>> =
-        measurements.iter().map(|m| m.homogeneous(m.rho)).filter(|x| x.w > 1e-6).map(|x| x.xyz() / x.w).collect();
+    let points: Vec<Vector3<f64>> = measurements.iter().filter_map(Measurement::position).collect();
     if points.len() != measurements.len() || points.len() < 4 {
         return None;
     }

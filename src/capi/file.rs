@@ -17,8 +17,7 @@ use super::sized::SizedOut;
 use super::status::ptzcal_status;
 use crate::error::Result;
 use crate::format::{
-    CalibrationRecord, CameraRecord, OpenCvCamera, PointCloud, read_camera, read_opencv_yaml, write_camera,
-    write_opencv_yaml, write_ply,
+    CameraRecord, OpenCvCamera, read_camera, read_opencv_yaml, write_camera, write_opencv_yaml, write_ply,
 };
 
 /// # Safety
@@ -49,17 +48,7 @@ pub unsafe extern "C" fn ptzcal_calibration_save(
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
         let (calibration, path) = unsafe { (borrow(calibration)?, self::path(path)?) };
-        let c = &calibration.0;
-        let record = CalibrationRecord {
-            covariance: c.covariance.clone(),
-            residuals: c.residuals.clone(),
-            inliers: c.inliers.clone(),
-            rms: c.rms,
-            noise_factor: c.noise_factor,
-            condition: c.condition,
-            iterations: c.iterations,
-        };
-        write_camera(&path, &CameraRecord { camera: c.camera, calibration: Some(record) })
+        write_camera(&path, &calibration.0.record())
     })
 }
 
@@ -184,12 +173,6 @@ pub unsafe extern "C" fn ptzcal_scan_save_ply(
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
         let (scan, path) = unsafe { (borrow(scan)?, self::path(path)?) };
-        let points = scan.0.points();
-        let cloud = PointCloud {
-            positions: points.iter().map(|p| p.position).collect(),
-            colours: points.iter().map(|p| p.colour).collect(),
-            deviations: Some(points.iter().map(|p| p.covariance.trace().sqrt()).collect()),
-        };
-        write_ply(&path, &cloud)
+        write_ply(&path, &scan.0.cloud())
     })
 }

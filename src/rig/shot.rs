@@ -6,6 +6,7 @@ use super::region::ScanRegion;
 use crate::calibrate::{Calibration, Correspondences, Observation};
 use crate::detect::spot::Spot;
 use crate::error::{Error, Result, Status};
+use crate::format::PointCloud;
 use crate::geometry::RigModel;
 use crate::geometry::rig_model::SpotDepth;
 
@@ -182,6 +183,16 @@ impl Scan {
             })
         };
         self.shots.iter().enumerate().filter_map(point).collect()
+    }
+
+    /// The [`points`](Self::points) as a cloud, with their standard deviations.
+    pub fn cloud(&self) -> PointCloud {
+        let points = self.points();
+        PointCloud {
+            positions: points.iter().map(|p| p.position).collect(),
+            colours: points.iter().map(|p| p.colour).collect(),
+            deviations: Some(points.iter().map(|p| p.covariance.trace().sqrt()).collect()),
+        }
     }
 }
 
