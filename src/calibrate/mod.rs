@@ -4,6 +4,7 @@ mod consensus;
 pub mod correspondences;
 pub mod decompose;
 pub mod dlt;
+pub(crate) mod freedom;
 mod measurement;
 mod refine;
 mod solve;
