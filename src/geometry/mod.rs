@@ -1,6 +1,7 @@
 //! Rotations and rigid transforms, cameras and lenses, lines, planes, homographies: pure maths.
 
 pub mod camera;
+pub mod chi_square;
 pub mod distortion;
 pub mod homography;
 pub mod inverse_depth;
