@@ -3,8 +3,11 @@
 
 #[path = "../../tests/support/data.rs"]
 mod data;
+#[path = "../../tests/support/edges.rs"]
+mod edges;
 mod end_to_end;
 mod figure;
+mod lines;
 mod outliers;
 mod real;
 mod simulated;
@@ -39,6 +42,7 @@ fn main() -> std::io::Result<()> {
     };
     simulated::run(scale(400), &mut report);
     outliers::run(scale(1000), &mut report);
+    lines::run(scale(500), &mut report);
     end_to_end::run(&mut report);
     real::run(&mut report);
     let entries: Vec<serde_json::Value> = figures

@@ -107,15 +107,18 @@ fn bound(truth: &Camera, shots: &[Shot], sigma: f64) -> f64 {
     sigma * (8..11).map(|i| inverse[(i, i)] * scale[i] * scale[i]).sum::<f64>().sqrt()
 }
 
-/// Normalised estimation error squared: e^T C^-1 e over all eleven parameters.
+/// Normalised estimation error squared: e^T C^-1 e over all parameters that were free.
 pub fn nees(c: &Calibration, truth: &Camera) -> f64 {
-    let (k, k0) = (c.camera.intrinsics.to_array(), truth.intrinsics.to_array());
     let turn = rigid::log(&(c.camera.pose.rotation * truth.pose.rotation.transpose()));
     let off = c.camera.centre() - truth.centre();
-    let e: Vec<f64> = (0..5).map(|i| k[i] - k0[i]).chain(turn.iter().copied()).chain(off.iter().copied()).collect();
-    let s: Vec<f64> = (0..11).map(|i| 1.0 / c.covariance[(i, i)].sqrt()).collect();
-    let scaled = DMatrix::from_fn(11, 11, |i, j| c.covariance[(i, j)] * s[i] * s[j]);
-    let z = DVector::from_fn(11, |i, _| e[i] * s[i]);
+    let lens = |camera: &Camera| [&camera.intrinsics.to_array()[..], camera.distortion.coefficients()].concat();
+    let (k, k0) = (lens(&c.camera), lens(truth));
+    let e: Vec<f64> =
+        k.iter().zip(&k0).map(|(a, b)| a - b).chain(turn.iter().copied()).chain(off.iter().copied()).collect();
+    let free: Vec<usize> = (0..e.len()).filter(|i| c.covariance[(*i, *i)] > 0.0).collect();
+    let s: Vec<f64> = free.iter().map(|i| 1.0 / c.covariance[(*i, *i)].sqrt()).collect();
+    let scaled = DMatrix::from_fn(s.len(), s.len(), |i, j| c.covariance[(free[i], free[j])] * s[i] * s[j]);
+    let z = DVector::from_fn(s.len(), |i, _| e[free[i]] * s[i]);
     z.dot(&scaled.cholesky().expect("a covariance").solve(&z))
 }
 

@@ -1,4 +1,4 @@
-//! Minimal-sample consensus with local optimisation: a projection matrix that half of the points
+//! Minimal-sample consensus with local optimisation: a projection matrix that half of the measurements
 //! agree on, and the scale of their noise. Needs no threshold: it minimises the median (Rousseeuw's
 //! least median of squares), so that unmodelled lens distortion or wrong noise cannot mislead it.
 
@@ -54,7 +54,7 @@ pub(crate) fn search(
     } else {
         let mut order: Vec<usize> = (0..n).collect();
         shuffle_front(&mut order, SCORED_POINTS, &mut rng);
-        order[..SCORED_POINTS].iter().map(|&i| measurements[i]).collect()
+        order[..SCORED_POINTS].iter().map(|&i| measurements[i].clone()).collect()
     };
     let mut distances = Vec::with_capacity(n);
     let mut best: Option<(f64, Matrix3x4<f64>)> = None;
@@ -71,7 +71,7 @@ pub(crate) fn search(
         }
         tried += 1;
         shuffle_front(&mut order, solver.sample, &mut rng);
-        let sample: Vec<Measurement> = order[..solver.sample].iter().map(|&i| measurements[i]).collect();
+        let sample: Vec<Measurement> = order[..solver.sample].iter().map(|&i| measurements[i].clone()).collect();
         let Some(p) = (solver.minimal)(&sample) else { continue };
         let score = median(&scored, &p, &mut distances);
         if best.as_ref().is_some_and(|(b, _)| score >= *b) {
@@ -98,7 +98,7 @@ fn optimise_locally(
     distances: &mut Vec<f64>,
 ) -> (f64, Matrix3x4<f64>) {
     for _ in 0..4 {
-        let half: Vec<Measurement> = scored.iter().filter(|m| m.distance_by_matrix(&p) <= score).copied().collect();
+        let half: Vec<Measurement> = scored.iter().filter(|m| m.distance_by_matrix(&p) <= score).cloned().collect();
         let Some(q) = (solver.fit)(&half) else { break };
         let next = median(scored, &q, distances);
         if next.is_nan() || next >= score {
