@@ -177,8 +177,7 @@ fn free_parameters(covariance: &DMatrix<f64>) -> usize {
 fn dlt_lines(edges: &[Edge], noise: &mut Noise, truth: &Camera) -> f64 {
     let world: Vec<Line3> =
         edges.iter().map(|e| Line3::new(e.ends[0], e.ends[1] - e.ends[0]).expect("a line")).collect();
-    let segments: Vec<[Vector2<f64>; 2]> =
-        edges.iter().map(|e| observed(e, noise, SIGMA, false).ends).collect();
+    let segments: Vec<[Vector2<f64>; 2]> = edges.iter().map(|e| observed(e, noise, SIGMA, false).ends).collect();
     let p = dlt::lines(&world, &segments).expect("a projection matrix");
     squares(&truth_with(&p, truth), truth)[0]
 }
@@ -205,8 +204,7 @@ fn outliers(runs: usize, part_points: f64) -> Figure {
             set.add(ObservedLine { ends, ..good }.into()).expect("a line");
         }
         for s in world(&truth, n_points) {
-            let pixel =
-                if noise.uniform() < 0.3 { random(&mut noise) } else { s.fixed + noise.pixel(SIGMA) };
+            let pixel = if noise.uniform() < 0.3 { random(&mut noise) } else { s.fixed + noise.pixel(SIGMA) };
             set.add_points(&[s.point], &[pixel]).expect("a point");
         }
         let options = CalibrationOptions { seed: run as u64, ..Default::default() };

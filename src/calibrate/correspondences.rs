@@ -54,7 +54,11 @@ pub(super) fn check_finite(values: &[f64], name: &'static str, index: usize) -> 
 /// Refuses a pixel's covariance that is not positive definite.
 pub(super) fn check_positive(c: &Matrix2<f64>, index: usize) -> Result<()> {
     check_finite(c.as_slice(), "uv covariance", index)?;
-    if c.m11 > 0.0 && c.determinant() > 0.0 && c.m12 == c.m21 { Ok(()) } else { Err(not_positive("uv covariance", index)) }
+    if c.m11 > 0.0 && c.determinant() > 0.0 && c.m12 == c.m21 {
+        Ok(())
+    } else {
+        Err(not_positive("uv covariance", index))
+    }
 }
 
 fn not_positive(name: &'static str, index: usize) -> Error {

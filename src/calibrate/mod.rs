@@ -13,10 +13,12 @@ mod solve;
 mod spread;
 mod stand_ins;
 mod start;
+pub mod uncertainty;
 
 pub use correspondences::{Correspondences, Observation};
 pub use line::ObservedLine;
 pub use solve::calibrate_camera;
+pub use uncertainty::{UncertainPixel, UncertainPoint, UncertainRay};
 
 use nalgebra::{DMatrix, Vector2};
 
