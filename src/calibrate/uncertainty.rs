@@ -54,7 +54,7 @@ impl Calibration {
             semidefinite(c, "xyz covariance")?;
             sum += p.by_point * c * p.by_point.transpose();
         }
-        Ok(UncertainPixel { pixel: p.pixel, covariance: sum })
+        Ok(UncertainPixel { pixel: p.pixel, covariance: symmetric(&sum) })
     }
 
     /// The ray through a pixel, from the camera's centre. The covariance holds the camera's own
@@ -88,7 +88,7 @@ impl Calibration {
             g.fixed_view_mut::<3, 2>(3, 0).copy_from(&by_pixel);
             sum += g * c * g.transpose();
         }
-        Ok(UncertainRay { ray, covariance: sum })
+        Ok(UncertainRay { ray, covariance: symmetric(&sum) })
     }
 
     /// Derivatives of a pixel by the parameters, in the order of the covariance.
@@ -104,9 +104,7 @@ impl Calibration {
 
     /// J C J^T with the calibration's covariance.
     fn propagate<const N: usize>(&self, j: &OMatrix<f64, Const<N>, Dyn>) -> SMatrix<f64, N, N> {
-        let c = j * &self.covariance * j.transpose();
-        // Rounding must not make it unsymmetric.
-        (c + c.transpose()) * 0.5
+        j * &self.covariance * j.transpose()
     }
 }
 
@@ -142,9 +140,13 @@ impl UncertainRay {
         let mut j = Matrix3x6::zeros();
         j.fixed_view_mut::<3, 3>(0, 0).copy_from(map);
         j.fixed_view_mut::<3, 3>(0, 3).copy_from(&(map * distance));
-        let c = j * self.covariance * j.transpose();
-        (c + c.transpose()) * 0.5
+        symmetric(&(j * self.covariance * j.transpose()))
     }
+}
+
+/// Without the rounding that makes it lopsided.
+fn symmetric<const N: usize>(c: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
+    (c + c.transpose()) * 0.5
 }
 
 fn finite(values: &[f64], name: &'static str) -> Result<()> {
