@@ -5,6 +5,7 @@ mod consensus;
 pub mod correspondences;
 pub mod decompose;
 pub mod dlt;
+pub(crate) mod freedom;
 pub mod line;
 mod line_measurement;
 mod measurement;

@@ -110,7 +110,11 @@ pub struct Shot {
 
 /// Noiseless shots on the pan/tilt grid that the camera sees; `n` of them chosen at random.
 pub fn world(camera: &Camera, n: usize) -> Vec<Shot> {
-    let rig = rig();
+    world_of(&rig(), camera, n)
+}
+
+/// The same with another rig.
+pub fn world_of(rig: &RigModel, camera: &Camera, n: usize) -> Vec<Shot> {
     let mut shots = Vec::new();
     for j in 0..59 {
         for i in 0..73 {
