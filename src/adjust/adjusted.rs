@@ -4,8 +4,9 @@ use faer::Mat;
 use nalgebra::{DMatrix, Matrix2, Matrix3, SMatrix, Vector2, Vector3};
 
 use super::check::{self, FitCheck};
+use super::eliminate::Eliminated;
 use super::layout::{Layout, State};
-use super::linearise::{Eliminated, Problem, ShotPoint};
+use super::linearise::{Problem, ShotPoint};
 use super::problem::{AdjustOptions, Adjustment, camera_name, compact_rows, rig_name, station_name};
 use super::weakness::{self, Weakness};
 use crate::calibrate::Calibration;
@@ -156,14 +157,14 @@ impl Adjusted {
     /// Where each group begins and ends in [`covariance`](Self::covariance): the rig, every station,
     /// every camera.
     pub fn places(&self) -> Vec<std::ops::Range<usize>> {
-        let mut places = vec![0..RIG_PARAMETERS];
-        let mut next = RIG_PARAMETERS;
         let cameras = self.solution.state.cameras.iter().map(|c| 11 + c.distortion.coefficients().len());
-        for length in self.stations.iter().map(|_| 6).chain(cameras) {
-            places.push(next..next + length);
+        let lengths = std::iter::once(RIG_PARAMETERS).chain(self.stations.iter().map(|_| 6)).chain(cameras);
+        let mut next = 0;
+        let place = |length| {
             next += length;
-        }
-        places
+            next - length..next
+        };
+        lengths.map(place).collect()
     }
 
     /// Names of all parameters in the order of [`covariance`](Self::covariance).
@@ -200,7 +201,8 @@ impl Adjusted {
                 }
             }
         }
-        &s * &self.solution.covariance * s.transpose()
+        let c = &s * &self.solution.covariance * s.transpose();
+        (&c + c.transpose()) * 0.5
     }
 
     /// Covariance of the rig's parameters.

@@ -142,7 +142,7 @@ fn suspects(problem: &Problem<'_>, solution: &Solution) -> Vec<Suspect> {
             let (inverse, _) = crate::geometry::linalg::invert_spd(&block)?;
             let gain = score.dot(&(inverse * &score));
             let probability = upper_tail(gain, kept.len() as f64);
-            (probability < SUSPECT).then(|| Suspect {
+            (probability < SUSPECT).then_some(Suspect {
                 group: candidate.name,
                 gain,
                 parameters: kept.len(),

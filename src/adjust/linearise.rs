@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use faer::Mat;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
+use super::eliminate::{Eliminated, Own};
 use super::gram::Gram;
 use super::layout::{Layout, State};
 use super::problem::{AdjustOptions, Adjustment};
@@ -15,7 +16,7 @@ use crate::geometry::RIG_PARAMETERS;
 /// Rig and station: what a shot's ray depends on.
 const COMMON: usize = RIG_PARAMETERS + 6;
 /// A row of a camera's equations: ray, camera, right-hand side.
-const ROW: usize = COMMON + ALL + 1;
+pub(super) const ROW: usize = COMMON + ALL + 1;
 
 /// One spot of one shot.
 #[derive(Clone)]
@@ -37,6 +38,9 @@ pub(super) struct Problem<'a> {
     /// 1 / variance of a move's pan and tilt; zero: exact.
     pointing: [f64; 2],
     pub huber: f64,
+    /// Per camera the unit of its soft priors on skew and aspect, px: the first focal length, so that
+    /// they stay linear.
+    focals: Vec<f64>,
     batches: Vec<Batch>,
     /// Gram matrices: one for each station's head, then one for each pair of station and camera.
     pairs: BTreeMap<(usize, usize), usize>,
@@ -62,16 +66,6 @@ pub(super) struct System {
     pub eliminated: Vec<Eliminated>,
 }
 
-/// What is kept of a shot's own unknowns: with information L L^T, L^-1 gradient and L^-1 coupling.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Eliminated {
-    pub root: [[f64; 3]; 3],
-    pub gradient: [f64; 3],
-    /// One row an unknown, over the columns of the shot's batch.
-    pub coupling: Vec<f64>,
-    pub batch: usize,
-}
-
 /// A shot's homogeneous point X = xyz; rho in the world, with derivatives.
 pub(super) struct ShotPoint {
     pub xyz: Vector3<f64>,
@@ -83,7 +77,7 @@ pub(super) struct ShotPoint {
 }
 
 impl<'a> Problem<'a> {
-    pub fn new(input: &'a Adjustment, layout: &'a Layout, options: &AdjustOptions) -> Result<Self> {
+    pub fn new(input: &'a Adjustment, layout: &'a Layout, start: &State, options: &AdjustOptions) -> Result<Self> {
         let mut views = Vec::new();
         let mut spans = vec![0];
         let mut groups: BTreeMap<(usize, Vec<usize>), Vec<usize>> = BTreeMap::new();
@@ -116,7 +110,8 @@ impl<'a> Problem<'a> {
             .collect();
         let information = |sigma: f64| if sigma > 0.0 { 1.0 / (sigma * sigma) } else { 0.0 };
         let pointing = options.pointing_sigma.map(information);
-        Ok(Self { input, layout, views, spans, pointing, huber: options.huber, batches, pairs })
+        let focals = start.cameras.iter().map(|c| c.intrinsics.fx).collect();
+        Ok(Self { input, layout, views, spans, pointing, huber: options.huber, focals, batches, pairs })
     }
 
     /// Number of a shot's own unknowns.
@@ -160,6 +155,7 @@ impl<'a> Problem<'a> {
             spans: self.spans.clone(),
             pointing: self.pointing,
             huber: self.huber,
+            focals: self.focals.clone(),
             batches: self.batches.iter().map(batch).collect(),
             pairs: self.pairs.clone(),
         }
@@ -330,9 +326,8 @@ impl<'a> Problem<'a> {
                 }
             }
         }
-        for (camera, c) in state.cameras.iter().zip(&self.layout.cameras) {
+        for ((camera, c), focal) in state.cameras.iter().zip(&self.layout.cameras).zip(&self.focals) {
             let now = crate::calibrate::freedom::parameters(camera);
-            let focal = camera.intrinsics.fx;
             for prior in &c.freedom.priors {
                 let value: f64 = prior.iter().zip(&now).map(|(a, b)| a * b).sum::<f64>() / focal;
                 *cost += value * value;
@@ -401,119 +396,6 @@ impl Layout {
     pub fn camera_columns(&self, camera: usize) -> std::ops::Range<usize> {
         let c = &self.cameras[camera];
         c.first..c.first + c.freedom.count()
-    }
-}
-
-/// Normal equations of one shot's own unknowns.
-struct Own {
-    count: usize,
-    information: [[f64; 3]; 3],
-    gradient: [f64; 3],
-    width: usize,
-    coupling: Vec<f64>,
-}
-
-impl Own {
-    fn new(count: usize, width: usize) -> Self {
-        Self { count, information: [[0.0; 3]; 3], gradient: [0.0; 3], width, coupling: vec![0.0; count * width] }
-    }
-
-    /// Adds two rows; `blocks`: (first in the rows, first in the batch's columns, length).
-    fn add(
-        &mut self,
-        by_local: &[Vector2<f64>; 3],
-        residual: &Vector2<f64>,
-        rows: &[[f64; ROW]; 2],
-        blocks: &[(usize, usize, usize)],
-    ) {
-        for a in 0..self.count {
-            let d = &by_local[a];
-            self.gradient[a] += d.dot(residual);
-            for b in 0..=a {
-                self.information[a][b] += d.dot(&by_local[b]);
-            }
-            let coupling = &mut self.coupling[a * self.width..(a + 1) * self.width];
-            for &(from, to, length) in blocks {
-                let (r0, r1) = (&rows[0][from..from + length], &rows[1][from..from + length]);
-                for ((c, x), y) in coupling[to..to + length].iter_mut().zip(r0).zip(r1) {
-                    *c += d.x * x + d.y * y;
-                }
-            }
-        }
-    }
-
-    /// Cholesky of the information, and L^-1 applied to gradient and coupling.
-    fn eliminate(mut self, gram: &mut Gram, batch: usize) -> Option<Eliminated> {
-        let mut l = [[0.0; 3]; 3];
-        for i in 0..self.count {
-            for j in 0..=i {
-                let mut sum = self.information[i][j];
-                for k in 0..j {
-                    sum -= l[i][k] * l[j][k];
-                }
-                l[i][j] = if i == j { sum.sqrt() } else { sum / l[j][j] };
-            }
-            if l[i][i].is_nan() || l[i][i] <= 0.0 {
-                return None;
-            }
-            let (done, rest) = self.coupling.split_at_mut(i * self.width);
-            let row = &mut rest[..self.width];
-            for (k, factor) in l[i].iter().enumerate().take(i) {
-                let earlier = &done[k * self.width..(k + 1) * self.width];
-                row.iter_mut().zip(earlier).for_each(|(r, e)| *r -= factor * e);
-                self.gradient[i] -= factor * self.gradient[k];
-            }
-            row.iter_mut().for_each(|r| *r /= l[i][i]);
-            self.gradient[i] /= l[i][i];
-            let target = gram.row();
-            target[..self.width].copy_from_slice(row);
-            target[self.width] = self.gradient[i];
-        }
-        Some(Eliminated { root: l, gradient: self.gradient, coupling: self.coupling, batch })
-    }
-}
-
-impl Eliminated {
-    /// The change of a shot's own unknowns that goes with a step of the columns.
-    pub fn back_substitute(&self, columns: &[usize], step: &[f64], count: usize) -> [f64; 3] {
-        let width = columns.len();
-        let mut change = self.gradient;
-        if !self.is_used() {
-            return [0.0; 3];
-        }
-        for (a, c) in change.iter_mut().enumerate().take(count) {
-            let row = &self.coupling[a * width..(a + 1) * width];
-            *c -= row.iter().zip(columns).map(|(b, i)| b * step[*i]).sum::<f64>();
-        }
-        self.solve_transposed(&mut change, count);
-        change
-    }
-
-    /// Was any spot of the shot used?
-    pub fn is_used(&self) -> bool {
-        self.root[0][0] > 0.0
-    }
-
-    /// Columns times L^-T: derivatives by the shot's own unknowns in units of their deviations.
-    pub fn by_root(&self, by_local: &[Vector3<f64>; 3], count: usize) -> [Vector3<f64>; 3] {
-        let mut x = *by_local;
-        for a in 0..count {
-            for b in 0..a {
-                x[a] = x[a] - x[b] * self.root[a][b];
-            }
-            x[a] /= self.root[a][a];
-        }
-        x
-    }
-
-    /// x <- L^-T x.
-    pub fn solve_transposed(&self, x: &mut [f64; 3], count: usize) {
-        for a in (0..count).rev() {
-            for b in a + 1..count {
-                x[a] -= self.root[b][a] * x[b];
-            }
-            x[a] /= self.root[a][a];
-        }
     }
 }
 

@@ -7,6 +7,7 @@
 
 mod adjusted;
 mod check;
+mod eliminate;
 mod gram;
 mod layout;
 mod linearise;

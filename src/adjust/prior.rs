@@ -73,7 +73,9 @@ impl Prior {
                 held.push(i);
             }
             for j in (0..n).filter(|j| *j != i) {
-                if c[(i, j)].is_nan() || c[(i, j)] != c[(j, i)] {
+                let scale = (v * c[(j, j)]).sqrt();
+                let skewed = (c[(i, j)] - c[(j, i)]).abs();
+                if skewed.is_nan() || (scale.is_finite() && skewed > 1e-9 * scale) {
                     return bad(i, format!("its covariance with {} is not symmetric", name(j)));
                 }
                 if c[(i, j)] != 0.0 && (v == 0.0 || v.is_infinite()) {
@@ -81,7 +83,8 @@ impl Prior {
                 }
             }
         }
-        let block = DMatrix::from_fn(held.len(), held.len(), |i, j| c[(held[i], held[j])]);
+        let block =
+            DMatrix::from_fn(held.len(), held.len(), |i, j| 0.5 * (c[(held[i], held[j])] + c[(held[j], held[i])]));
         let mut information = DMatrix::zeros(n, n);
         if !held.is_empty() {
             let Some((inverse, _)) = crate::geometry::linalg::invert_spd(&block) else {

@@ -33,7 +33,7 @@ pub fn adjust(input: &Adjustment, options: &AdjustOptions) -> Result<Adjusted> {
     }
     demand_sightings(input, &layout)?;
     let mut state = start::start(input, options)?;
-    let mut problem = Problem::new(input, &layout, options)?;
+    let mut problem = Problem::new(input, &layout, &state, options)?;
     let mut used = vec![true; problem.views.len()];
     let mut factor = 1.0;
     let mut iterations = 0;

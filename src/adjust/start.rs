@@ -61,13 +61,9 @@ pub(super) fn start(input: &Adjustment, options: &AdjustOptions) -> Result<State
                 Err(e) => failure = Some(Error::in_camera(index, e)),
             }
         }
-        for index in 0..stations.len() {
-            if stations[index].is_none()
-                && let Some(pose) = place_station(input, index, &depths, &cameras, options)?
-            {
-                stations[index] = Some(pose);
-                progress = true;
-            }
+        for (index, station) in stations.iter_mut().enumerate().filter(|(_, s)| s.is_none()) {
+            *station = place_station(input, index, &depths, &cameras, options)?;
+            progress |= station.is_some();
         }
         let known = |found: &[Option<Camera>]| found.iter().copied().collect::<Option<Vec<_>>>();
         if let (Some(cameras), Some(stations)) = (known(&cameras), stations.iter().copied().collect::<Option<Vec<_>>>())
