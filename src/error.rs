@@ -61,6 +61,8 @@ pub enum Degeneracy {
     ImageCollapsed,
     /// The edges (or planes) are parallel: a translation or rotation is unobservable.
     Parallel,
+    /// The lines all meet in one point: they show its image and nothing of the depth behind it.
+    Concurrent,
     /// Other near-singular geometry, such as points on a twisted cubic through the centre.
     IllConditioned,
 }
@@ -79,6 +81,7 @@ impl Degeneracy {
             }
             Self::ImageCollapsed => "the image points cover too little of the image: spread them over the image",
             Self::Parallel => "the edges are (nearly) parallel: add an edge in another direction",
+            Self::Concurrent => "the lines all meet in one point: add lines that pass it by, or two points",
             Self::IllConditioned => "the geometry is nearly singular: add points at other depths and directions",
         }
     }

@@ -49,4 +49,5 @@ pub mod scan_options;
 pub mod shot;
 pub mod simulator;
 pub mod status;
+pub mod uncertainty;
 pub mod version;
