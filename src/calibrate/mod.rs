@@ -3,8 +3,11 @@
 mod consensus;
 pub mod correspondences;
 pub mod decompose;
+pub mod division_camera;
 pub mod dlt;
+mod lens_fit;
 mod measurement;
+pub mod radial_alignment;
 mod refine;
 mod solve;
 mod spread;
@@ -32,6 +35,8 @@ pub enum DistortionModel {
     /// k1, k2, p1, p2, k3.
     BrownConrady = 3,
     Division = 4,
+    /// k1 k2 k3 k4 of the angle from the axis: wide-angle and dome cameras.
+    Fisheye = 5,
 }
 
 /// How a camera is calibrated. [`Default`] is right for laser shots and measured points.

@@ -4,10 +4,10 @@ use nalgebra::{DMatrix, Vector2};
 
 use super::consensus::CHI2_MEDIAN;
 use super::measurement::Measurement;
-use super::refine::{ALL, Freedom, Refined, blank_distortion, refine};
+use super::refine::{ALL, Freedom, Refined, refine};
 use super::spread::{self, Noise};
 use super::start::{Search, Start};
-use super::{Calibration, CalibrationOptions, Correspondences, Observation};
+use super::{Calibration, CalibrationOptions, Correspondences, DistortionModel, Observation};
 use crate::error::{Degeneracy, Error, Result};
 use crate::geometry::{Camera, Intrinsics};
 
@@ -46,26 +46,16 @@ pub fn calibrate_camera(set: &Correspondences, options: &CalibrationOptions) -> 
     let search = Search {
         width: set.width(),
         height: set.height(),
+        model: options.distortion,
         robust: options.robust,
         seed: options.seed,
         cancel: &options.cancel,
     };
-    let start = match &options.fixed_lens {
-        Some(lens) => search.pose(&measurements, lens, planar),
-        None => search.projection(&measurements),
-    };
     let fitter = Fitter { measurements: &measurements, freedom: &freedom, options, needed };
-    let mut fitted = start.and_then(|s| fitter.run(s));
-    if !known && fitted.as_ref().map_or_else(is_geometry, |f| !plausible(&f.refined.camera)) {
-        for guess in search.guesses(&measurements) {
-            let other = fitter.run(guess);
-            if let Ok(other) = other
-                && fitted.as_ref().map_or(true, |f| better(&other, f))
-            {
-                fitted = Ok(other);
-            }
-        }
-    }
+    let fitted = match &options.fixed_lens {
+        Some(lens) => search.pose(&measurements, lens, planar).and_then(|s| fitter.run(s)),
+        None => fitter.best_of(&search),
+    };
     let fitted = fitted.map_err(|e| {
         // A fit that fails on points without relief fails because of that.
         if is_geometry(&e) { spread::check(&measurements, known, needed, Noise::Counted).err().unwrap_or(e) } else { e }
@@ -162,12 +152,50 @@ struct Fitter<'a> {
 }
 
 impl Fitter<'_> {
+    /// From the closed forms, the likeliest first; a start that does not lead to a camera gives way to
+    /// the next one, guessed focal lengths come last.
+    fn best_of(&self, search: &Search<'_>) -> Result<Fitted> {
+        let mut best: Option<Result<Fitted>> = None;
+        // True when what there is needs no other start.
+        let mut attempt = |start: Result<Start>| -> Result<bool> {
+            let other = start.and_then(|s| self.run(s));
+            if let Err(Error::Cancelled) = other {
+                return Err(Error::Cancelled);
+            }
+            // Of errors the first is the likeliest start's.
+            let wins = match (&other, &best) {
+                (_, None) | (Ok(_), Some(Err(_))) => true,
+                (Ok(other), Some(Ok(best))) => better(other, best),
+                (Err(_), Some(_)) => false,
+            };
+            if wins {
+                best = Some(other);
+            }
+            Ok(matches!(&best, Some(Ok(f)) if plausible(&f.refined.camera)))
+        };
+        let mut done = false;
+        if self.options.distortion != DistortionModel::None {
+            match search.radial(self.measurements) {
+                Ok(starts) => {
+                    for start in starts {
+                        done = done || attempt(Ok(start))?;
+                    }
+                }
+                Err(e) => done = attempt(Err(e))?,
+            }
+        }
+        done = done || attempt(search.projection(self.measurements))?;
+        if !done {
+            for guess in search.guesses(self.measurements) {
+                attempt(Ok(guess))?;
+            }
+        }
+        best.unwrap_or_else(|| Err(Error::Internal { reason: "no start was tried".into() }))
+    }
+
     /// Refines and sets outliers aside in turn until the set stands still.
     fn run(&self, start: Start) -> Result<Fitted> {
         let mut camera = start.camera;
-        if self.options.fixed_lens.is_none() {
-            camera.distortion = blank_distortion(self.options.distortion);
-        }
         let mut factor = self.floor(start.noise_factor);
         let mut inliers = self.classify(&camera, factor)?;
         self.force(&mut camera.intrinsics);
