@@ -5,6 +5,7 @@
 mod data;
 mod end_to_end;
 mod figure;
+mod lens;
 mod outliers;
 mod real;
 mod simulated;
@@ -39,6 +40,7 @@ fn main() -> std::io::Result<()> {
     };
     simulated::run(scale(400), &mut report);
     outliers::run(scale(1000), &mut report);
+    lens::run(scale(400), &mut report);
     end_to_end::run(&mut report);
     real::run(&mut report);
     let entries: Vec<serde_json::Value> = figures

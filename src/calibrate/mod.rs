@@ -4,6 +4,7 @@ mod consensus;
 pub mod correspondences;
 pub mod decompose;
 pub mod division_camera;
+pub mod division_eigenproblem;
 pub mod dlt;
 mod lens_fit;
 mod measurement;

@@ -51,11 +51,23 @@ pub fn calibrate_camera(set: &Correspondences, options: &CalibrationOptions) -> 
         seed: options.seed,
         cancel: &options.cancel,
     };
-    let fitter = Fitter { measurements: &measurements, freedom: &freedom, options, needed };
-    let fitted = match &options.fixed_lens {
+    let fitter = Fitter { measurements: &measurements, freedom: &freedom, options, needed, robust: options.robust };
+    let fit = |fitter: &Fitter<'_>, search: &Search<'_>| match &options.fixed_lens {
         Some(lens) => search.pose(&measurements, lens, planar).and_then(|s| fitter.run(s)),
-        None => fitter.best_of(&search),
+        None => fitter.best_of(search),
     };
+    let mut fitted = fit(&fitter, &search);
+    if options.robust && fitted.as_ref().map_or_else(is_geometry, |f| !fitter.supports(f)) {
+        // Too few points to tell outliers from the rest: all of them, if they make a camera at all.
+        let all = Fitter { robust: false, ..fitter };
+        let plain = fit(&all, &Search { robust: false, ..search });
+        fitted = match (plain, fitted) {
+            (Err(Error::Cancelled), _) => Err(Error::Cancelled),
+            (Ok(plain), _) => Ok(plain),
+            (Err(_), Ok(f)) => Err(Error::NoConsensus { inliers: f.count(), total: measurements.len() }),
+            (Err(_), Err(e)) => Err(e),
+        };
+    }
     let fitted = fitted.map_err(|e| {
         // A fit that fails on points without relief fails because of that.
         if is_geometry(&e) { spread::check(&measurements, known, needed, Noise::Counted).err().unwrap_or(e) } else { e }
@@ -82,8 +94,7 @@ fn plausible(camera: &Camera) -> bool {
 }
 
 fn better(a: &Fitted, b: &Fitted) -> bool {
-    let count = |f: &Fitted| f.inliers.iter().filter(|i| **i).count();
-    (plausible(&a.refined.camera), count(a)) > (plausible(&b.refined.camera), count(b))
+    (plausible(&a.refined.camera), a.count()) > (plausible(&b.refined.camera), b.count())
 }
 
 fn validate(options: &CalibrationOptions) -> Result<()> {
@@ -144,14 +155,32 @@ struct Fitted {
     noise_factor: f64,
 }
 
+impl Fitted {
+    /// Measurements used.
+    fn count(&self) -> usize {
+        self.inliers.iter().filter(|i| **i).count()
+    }
+}
+
+#[derive(Clone, Copy)]
 struct Fitter<'a> {
     measurements: &'a [Measurement],
     freedom: &'a Freedom,
     options: &'a CalibrationOptions,
     needed: usize,
+    /// Are outliers set aside?
+    robust: bool,
 }
 
 impl Fitter<'_> {
+    /// Does what was used outweigh what was set aside? Of a handful of points some can always be left
+    /// out so that the rest fit: their equations beyond the unknowns must be half as many again.
+    fn supports(&self, fitted: &Fitted) -> bool {
+        let used = fitted.count();
+        let redundant = (2 * used).saturating_sub(self.freedom.count());
+        2 * redundant >= 3 * (self.measurements.len() - used)
+    }
+
     /// From the closed forms, the likeliest first; a start that does not lead to a camera gives way to
     /// the next one, guessed focal lengths come last.
     fn best_of(&self, search: &Search<'_>) -> Result<Fitted> {
@@ -206,7 +235,7 @@ impl Fitter<'_> {
             factor = self.floor(self.noise_factor(&subset, &camera));
             let next = self.classify(&camera, factor)?;
             // The first rounds bring in the lens; then a set that stands still is final.
-            if (next == inliers && round > 0) || !self.options.robust || round + 1 == MAX_ROUNDS {
+            if (next == inliers && round > 0) || !self.robust || round + 1 == MAX_ROUNDS {
                 return self.finish(camera, next, factor);
             }
             inliers = next;
@@ -264,9 +293,9 @@ impl Fitter<'_> {
     }
 
     fn classify(&self, camera: &Camera, factor: f64) -> Result<Vec<bool>> {
-        let limit = if self.options.robust { OUTLIER * factor * factor } else { f64::MAX };
+        let limit = if self.robust { OUTLIER * factor * factor } else { f64::MAX };
         let mask: Vec<bool> = self.measurements.iter().map(|m| m.distance(camera) <= limit).collect();
-        if !self.options.robust
+        if !self.robust
             && let Some(index) = mask.iter().position(|i| !i)
         {
             return Err(Error::BehindCamera { index });

@@ -25,6 +25,7 @@ pub(crate) struct Start {
 }
 
 /// How a start is looked for.
+#[derive(Clone, Copy)]
 pub(crate) struct Search<'a> {
     pub width: u32,
     pub height: u32,
