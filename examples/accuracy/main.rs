@@ -6,6 +6,8 @@ mod data;
 mod end_to_end;
 mod figure;
 mod lens;
+#[path = "../../tests/support/meva.rs"]
+mod meva;
 mod outliers;
 mod real;
 mod simulated;

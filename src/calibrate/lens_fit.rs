@@ -9,8 +9,8 @@ use crate::geometry::{Camera, Distortion};
 
 /// Radii at which lens and polynomial are compared.
 const SAMPLES: usize = 40;
-/// Largest ideal radius at which a model on the normalised plane is fitted: 80 degrees.
-const WIDEST: f64 = 5.7;
+/// Largest ideal radius at which the normalised plane is of use: 80 degrees.
+pub(crate) const WIDEST: f64 = 5.7;
 
 /// Coefficients of g that a sample determines, and those that a model needs.
 pub(crate) fn terms(model: DistortionModel) -> (usize, usize) {

@@ -261,12 +261,13 @@ fn step_2(
             if seen.is_nan() || seen <= 0.0 {
                 continue;
             }
-            let equation = |x: &Vector4<f64>| {
-                let s = spread(x);
-                DVector::from_fn(size, |i, _| {
-                    if i < head { r * basis[i].dot(x) } else { -s * r.powi(2 * (i - head) as i32) }
-                })
-            };
+            let equation =
+                |x: &Vector4<f64>| {
+                    let s = spread(x);
+                    DVector::from_fn(size, |i, _| {
+                        if i < head { r * basis[i].dot(x) } else { -s * r.powi(2 * (i - head) as i32) }
+                    })
+                };
             let by_radius = DVector::from_fn(size, |i, _| match i.checked_sub(head) {
                 None => basis[i].dot(&row.x),
                 Some(0) => 0.0,

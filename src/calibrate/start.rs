@@ -5,10 +5,11 @@ use nalgebra::{Matrix2, Matrix3, Matrix3x4, Vector2, Vector3};
 
 use super::consensus::{CHI2_MEDIAN, Consensus, Model, Solver, median, search};
 use super::division_camera::image_centre;
+use super::lens_fit::{self, WIDEST};
 use super::measurement::Measurement;
 use super::radial_alignment::{self, Alignment, ThirdRow};
 use super::refine::blank_distortion;
-use super::{DistortionModel, dlt, lens_fit};
+use super::{DistortionModel, dlt};
 use crate::control::Cancel;
 use crate::error::{Degeneracy, Error, Result};
 use crate::geometry::linalg::symmetric_eigen3;
@@ -89,19 +90,28 @@ impl Search<'_> {
         let mut starts: Vec<Start> = cameras.collect();
         starts.sort_by(|a, b| a.noise_factor.total_cmp(&b.noise_factor));
         if starts.is_empty() {
-            return Err(Error::degenerate(Degeneracy::IllConditioned, "no camera with this lens sees half of the points"));
+            return Err(Error::degenerate(
+                Degeneracy::IllConditioned,
+                "no camera with this lens sees half of the points",
+            ));
         }
         Ok(starts)
     }
 
     /// Known lens: the pose alone, also from a plane.
     pub fn pose(&self, measurements: &[Measurement], lens: &(Intrinsics, Distortion), planar: bool) -> Result<Start> {
-        let normalised =
-            measurements.iter().enumerate().map(|(i, m)| normalise(m, lens, i)).collect::<Result<Vec<_>>>()?;
+        // A fisheye lens sees what the plane of the pose's closed form cannot hold: the refinement does.
+        let wide = matches!(lens.1, Distortion::Fisheye(_));
+        let on_plane = |(i, m)| match normalise(m, lens, i) {
+            Ok(n) if wide && n.pixel.norm() > WIDEST => None,
+            Err(_) if wide => None,
+            normalised => Some(normalised),
+        };
+        let normalised = measurements.iter().enumerate().filter_map(on_plane).collect::<Result<Vec<_>>>()?;
         let fit = if planar { pose_from_plane } else { pose_from_space };
         let sample = if planar { 4 } else { dlt::MIN_POINTS };
-        if measurements.len() < sample {
-            return Err(Error::TooFewPoints { given: measurements.len(), needed: sample });
+        if normalised.len() < sample {
+            return Err(Error::TooFewPoints { given: normalised.len(), needed: sample });
         }
         let found = self.run(&normalised, &Solver { sample, minimal: &fit, fit: &fit })?;
         let p = found.projection;

@@ -3,9 +3,7 @@
 //! Hartley's normalisation. nalgebra's general SVD is not used (docs/decisions.md).
 
 use nalgebra::allocator::Allocator;
-use nalgebra::{
-    DefaultAllocator, DimDiff, DimSub, Matrix3, Matrix4, OMatrix, OVector, SMatrix, U1, Vector2, Vector3,
-};
+use nalgebra::{DefaultAllocator, DimDiff, DimSub, Matrix3, Matrix4, OMatrix, OVector, SMatrix, U1, Vector2, Vector3};
 
 /// Singular values (descending) and right singular vectors of a tall matrix with N columns.
 pub struct RightSingular<const N: usize> {

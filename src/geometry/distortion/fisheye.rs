@@ -27,8 +27,7 @@ pub(super) fn monotone_angle([k1, k2, k3, k4]: &Coefficients) -> f64 {
 fn grows_to(k: &Coefficients, theta: f64) -> bool {
     let s = theta * theta;
     let least = 1.0
-        + s * (3.0 * k[0].min(0.0)
-            + s * (5.0 * k[1].min(0.0) + s * (7.0 * k[2].min(0.0) + s * 9.0 * k[3].min(0.0))));
+        + s * (3.0 * k[0].min(0.0) + s * (5.0 * k[1].min(0.0) + s * (7.0 * k[2].min(0.0) + s * 9.0 * k[3].min(0.0))));
     theta < std::f64::consts::PI && (least > 0.0 || theta < monotone_angle(k))
 }
 
@@ -74,7 +73,11 @@ pub(super) fn direction(k: &Coefficients, q: &Vector2<f64>) -> Option<Vector3<f6
     let mut theta = r.min(0.5 * high);
     for _ in 0..100 {
         let (value, slope) = radius(k, theta);
-        if value < r { low = theta } else { high = theta }
+        if value < r {
+            low = theta
+        } else {
+            high = theta
+        }
         let newton = theta - (value - r) / slope;
         let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
         let step = (next - theta).abs();
@@ -109,8 +112,22 @@ mod tests {
         // OpenCV's polynomial, term by term.
         let k = [0.1, 0.02, 0.003, 0.0004];
         let theta: f64 = 1.2;
-        let expected = theta + 0.1 * theta.powi(3) + 0.02 * theta.powi(5) + 0.003 * theta.powi(7) + 0.0004 * theta.powi(9);
+        let expected =
+            theta + 0.1 * theta.powi(3) + 0.02 * theta.powi(5) + 0.003 * theta.powi(7) + 0.0004 * theta.powi(9);
         assert!((image(&k, &ray(theta, 0.0)).unwrap().point.x - expected).abs() < 1e-14);
+    }
+
+    #[test]
+    fn opencv_images_the_same() {
+        // cv2.fisheye.projectPoints of OpenCV 5.0.0, fx 300, fy 310, cx 400, cy 300.
+        for (x, pixel) in [
+            ([0.3, -0.2, 1.0], [486.27672431, 240.56492326]),
+            ([2.0, 1.5, 1.0], [682.49870097, 518.93649325]),
+            ([-1.0, 0.1, 0.05], [-40.00391745, 345.46707147]),
+        ] {
+            let q = image(&LENSES[1], &Vector3::from(x)).unwrap().point;
+            assert!((q.x * 300.0 + 400.0 - pixel[0]).abs() < 1e-8 && (q.y * 310.0 + 300.0 - pixel[1]).abs() < 1e-8);
+        }
     }
 
     #[test]
