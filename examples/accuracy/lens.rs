@@ -264,7 +264,7 @@ fn random_fisheye(seed: u64) -> bool {
     // 2 sin(theta / 2) and 2 tan(theta / 2) as far as theta^5.
     let (k1, k2) = (-1.0 / 24.0 + kind / 8.0, 1.0 / 1920.0 + kind / 128.0);
     let lens = Distortion::Fisheye([k1 + 0.01 * noise.gaussian(), k2, 0.001 * noise.gaussian(), 0.0]);
-    let Some(reach) = lens.image(&Vector3::new(half.sin(), 0.0, half.cos())) else { return true };
+    let reach = lens.image(&Vector3::new(half.sin(), 0.0, half.cos())).expect("a lens that reaches so far");
     let off = noise.pixel(20.0);
     let turn = Vector3::from_fn(|_, _| noise.gaussian()).normalize() * (3.1 * noise.uniform());
     let truth = Camera {
