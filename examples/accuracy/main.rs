@@ -1,10 +1,13 @@
 //! `make accuracy`: the figures of the README against truth that nobody tuned to. Prints a table and
-//! writes target/accuracy.json. `accuracy quick` takes a tenth of the runs.
+//! writes target/accuracy.json. `accuracy quick` takes a tenth of the runs, `accuracy joint` (or
+//! another part's name) runs that part alone.
 
 #[path = "../../tests/support/data.rs"]
 mod data;
 mod end_to_end;
 mod figure;
+mod groups;
+mod joint;
 mod lens;
 #[path = "../../tests/support/meva.rs"]
 mod meva;
@@ -40,11 +43,26 @@ fn main() -> std::io::Result<()> {
         }
         figures.extend(new);
     };
-    simulated::run(scale(400), &mut report);
-    outliers::run(scale(1000), &mut report);
-    lens::run(scale(400), &mut report);
-    end_to_end::run(&mut report);
-    real::run(&mut report);
+    let only = std::env::args().skip(1).find(|a| a != "quick");
+    let wanted = |part: &str| only.as_deref().is_none_or(|o| o == part);
+    if wanted("joint") {
+        joint::run(scale(400), &mut report);
+    }
+    if wanted("simulated") {
+        simulated::run(scale(400), &mut report);
+    }
+    if wanted("outliers") {
+        outliers::run(scale(1000), &mut report);
+    }
+    if wanted("lens") {
+        lens::run(scale(400), &mut report);
+    }
+    if wanted("end_to_end") {
+        end_to_end::run(&mut report);
+    }
+    if wanted("real") {
+        real::run(&mut report);
+    }
     let entries: Vec<serde_json::Value> = figures
         .iter()
         .map(|f| {

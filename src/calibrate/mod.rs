@@ -6,6 +6,7 @@ pub mod decompose;
 pub mod division_camera;
 pub mod division_eigenproblem;
 pub mod dlt;
+pub(crate) mod freedom;
 mod lens_fit;
 mod measurement;
 pub mod radial_alignment;

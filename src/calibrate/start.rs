@@ -5,10 +5,10 @@ use nalgebra::{Matrix2, Matrix3, Matrix3x4, Vector2, Vector3};
 
 use super::consensus::{CHI2_MEDIAN, Consensus, Model, Solver, median, search};
 use super::division_camera::image_centre;
+use super::freedom::blank_distortion;
 use super::lens_fit::{self, WIDEST};
 use super::measurement::Measurement;
 use super::radial_alignment::{self, Alignment, ThirdRow};
-use super::refine::blank_distortion;
 use super::{DistortionModel, dlt};
 use crate::control::Cancel;
 use crate::error::{Degeneracy, Error, Result};
