@@ -81,7 +81,7 @@ impl Freedom {
     }
 }
 
-/// A model without distortion of the kind that `model` fits.
+/// A model without distortion of the kind that `model` fits; of a fisheye the equidistant lens.
 pub(crate) fn blank_distortion(model: DistortionModel) -> Distortion {
     match model {
         DistortionModel::None => Distortion::None,

@@ -10,7 +10,7 @@
 //! Both steps take measurements in inverse depth with their noise, like `dlt::inverse_depth`: the
 //! algebraic error under Taubin's norm, then each row once more weighted by its own noise.
 
-use nalgebra::{DMatrix, DVector, Matrix2, Matrix3x4, Matrix4, SMatrix, SVector, Vector2, Vector3, Vector4};
+use nalgebra::{Matrix2, Matrix3x4, Matrix4, SMatrix, SVector, Vector2, Vector3, Vector4};
 
 use super::Correspondences;
 use super::consensus::Model;
@@ -183,23 +183,25 @@ impl Alignment {
     }
 }
 
+type Matrix8 = SMatrix<f64, 8, 8>;
+type Vector8 = SVector<f64, 8>;
+
 /// P1 and P2 from -v P1.X + u P2.X = 0, with u P1.X + v P2.X > 0 for most.
 fn step_1(rows: &[Row], passes: usize) -> Option<[Vector4<f64>; 2]> {
-    let mut p = SVector::<f64, 8>::zeros();
+    let mut p = Vector8::zeros();
     let equation = |pixel: &Vector2<f64>, x: &Vector4<f64>| {
-        SVector::<f64, 8>::from_fn(|i, _| if i < 4 { -pixel.y * x[i] } else { pixel.x * x[i - 4] })
+        Vector8::from_fn(|i, _| if i < 4 { -pixel.y * x[i] } else { pixel.x * x[i - 4] })
     };
     for pass in 0..passes {
-        let (mut h, mut n) = (SMatrix::<f64, 8, 8>::zeros(), SMatrix::<f64, 8, 8>::zeros());
+        let (mut h, mut n) = (Matrix8::zeros(), Matrix8::zeros());
         for row in rows {
             // Derivatives by the pixel's two coordinates, then by the point's own errors.
             let by_pixel = [equation(&Vector2::x(), &row.x), equation(&Vector2::y(), &row.x)];
-            let by_point: Vec<_> = row.noise.iter().map(|y| equation(&row.pixel, y)).collect();
             let c = &row.covariance;
             let mut noise = by_pixel[0] * by_pixel[0].transpose() * c.m11
                 + by_pixel[1] * by_pixel[1].transpose() * c.m22
                 + (by_pixel[0] * by_pixel[1].transpose() + by_pixel[1] * by_pixel[0].transpose()) * c.m12;
-            for b in by_point {
+            for b in row.noise.iter().map(|y| equation(&row.pixel, y)) {
                 noise += b * b.transpose();
             }
             let weight = if pass == 0 { 1.0 } else { 1.0 / p.dot(&(noise * p)) };
@@ -248,10 +250,11 @@ fn step_2(
     passes: usize,
 ) -> Option<(Vector4<f64>, [f64; MAX_TERMS])> {
     let head = basis.len();
+    // Of the eight places those that are not needed stay empty.
     let size = head + 1 + terms;
-    let mut q = DVector::<f64>::zeros(size);
+    let mut q = Vector8::zeros();
     for pass in 0..passes {
-        let (mut h, mut n) = (DMatrix::<f64>::zeros(size, size), DMatrix::<f64>::zeros(size, size));
+        let (mut h, mut n) = (Matrix8::zeros(), Matrix8::zeros());
         for row in rows {
             let r = row.pixel.norm();
             let along = row.pixel / r;
@@ -261,33 +264,34 @@ fn step_2(
             if seen.is_nan() || seen <= 0.0 {
                 continue;
             }
-            let equation =
-                |x: &Vector4<f64>| {
-                    let s = spread(x);
-                    DVector::from_fn(size, |i, _| {
-                        if i < head { r * basis[i].dot(x) } else { -s * r.powi(2 * (i - head) as i32) }
-                    })
-                };
-            let by_radius = DVector::from_fn(size, |i, _| match i.checked_sub(head) {
+            let equation = |x: &Vector4<f64>| {
+                let s = spread(x);
+                Vector8::from_fn(|i, _| match i.checked_sub(head) {
+                    None => r * basis[i].dot(x),
+                    Some(k) if i < size => -s * r.powi(2 * k as i32),
+                    Some(_) => 0.0,
+                })
+            };
+            let by_radius = Vector8::from_fn(|i, _| match i.checked_sub(head) {
                 None => basis[i].dot(&row.x),
-                Some(0) => 0.0,
-                Some(k) => -seen * 2.0 * k as f64 * r.powi(2 * k as i32 - 1),
+                Some(k) if k > 0 && i < size => -seen * 2.0 * k as f64 * r.powi(2 * k as i32 - 1),
+                Some(_) => 0.0,
             });
-            let mut noise = &by_radius * by_radius.transpose() * along.dot(&(row.covariance * along));
+            let mut noise = by_radius * by_radius.transpose() * along.dot(&(row.covariance * along));
             for b in row.noise.iter().map(equation) {
-                noise += &b * b.transpose();
+                noise += b * b.transpose();
             }
-            let weight = if pass == 0 { 1.0 } else { 1.0 / q.dot(&(&noise * &q)) };
+            let weight = if pass == 0 { 1.0 } else { 1.0 / q.dot(&(noise * q)) };
             let a = equation(&row.x);
-            h += &a * a.transpose() * weight;
+            h += a * a.transpose() * weight;
             n += noise * weight;
         }
-        for i in 0..size {
-            h[(i, i)] *= 1.0 + RIDGE;
+        for i in 0..8 {
+            h[(i, i)] = if i < size { h[(i, i)] * (1.0 + RIDGE) } else { 1.0 };
         }
         q = largest_generalised_eigenvector(&n, &h)?;
     }
-    let q = &q / q[head];
+    let q = q / q[head];
     if q.iter().any(|v| !v.is_finite()) {
         return None;
     }
