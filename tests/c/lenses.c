@@ -10,7 +10,7 @@ static double xyz[3 * N], uv[2 * N];
 static void a_fisheye_lens_sees_beyond_90_degrees(void)
 {
   const double k[4] = {-0.01, 0.02, -0.015, 0.003};
-  const double beside[3] = {2.0, 0.0, -0.2}, behind[3] = {0.1, 0.0, -1.0};
+  const double beside[3] = {2.0, 0.0, -0.2}, behind[3] = {0.0, 0.0, -1.0};
   double theta = atan2(2.0, -0.2), radius = theta, power = theta, pixel[2], ray[3];
   ptzcal_camera camera;
   int i;

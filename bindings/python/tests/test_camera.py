@@ -58,7 +58,7 @@ class Cameras(TestCase):
         self.assertClose(c.project(xyz), expected, atol=1e-9)
         self.assertClose(c.back_project(expected), xyz / 3, atol=1e-12)
         with self.assertRaises(ptzcal.Error) as caught:
-            c.project([[0, 0, 1], [0.1, 0, -1]])
+            c.project([[0, 0, 1], [0, 0, -1]])
         self.assertIs(caught.exception.status, ptzcal.Status.BEHIND_CAMERA)
         self.assertEqual(caught.exception.index, 1)
 
