@@ -2,6 +2,7 @@
 //! writes target/accuracy.json. `accuracy quick` takes a tenth of the runs, `accuracy joint` (or
 //! another part's name) runs that part alone.
 
+mod bounds;
 #[path = "../../tests/support/data.rs"]
 mod data;
 mod end_to_end;
@@ -25,11 +26,11 @@ fn main() -> std::io::Result<()> {
     let quick = std::env::args().any(|a| a == "quick");
     let scale = |runs: usize| if quick { (runs / 10).max(20) } else { runs };
     let mut figures = Vec::new();
-    println!("{:<6} {:<58} {:>12} {:>12} {:>8} {:>7}", "goal", "set-up", "measured", "bound", "ratio", "limit");
+    println!("{:<6} {:<68} {:>12} {:>12} {:>8} {:>7}", "goal", "set-up", "measured", "bound", "ratio", "limit");
     let mut report = |new: Vec<Figure>| {
         for f in &new {
             println!(
-                "{:<6} {:<58} {:>9.4} {:<2} {:>9.4} {:<2} {:>8.3} {:>7.2} {}",
+                "{:<6} {:<68} {:>9.4} {:<2} {:>9.4} {:<2} {:>8.3} {:>7.2} {}",
                 f.goal,
                 f.setup,
                 f.figure,
