@@ -11,7 +11,10 @@ mod end_to_end;
 mod figure;
 mod groups;
 mod joint;
+mod lens;
 mod lines;
+#[path = "../../tests/support/meva.rs"]
+mod meva;
 mod outliers;
 mod real;
 mod simulated;
@@ -57,6 +60,9 @@ fn main() -> std::io::Result<()> {
     }
     if wanted("lines") {
         lines::run(scale(500), &mut report);
+    }
+    if wanted("lens") {
+        lens::run(scale(400), &mut report);
     }
     if wanted("end_to_end") {
         end_to_end::run(&mut report);

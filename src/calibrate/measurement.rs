@@ -210,7 +210,8 @@ impl PointMeasurement {
     }
 }
 
-fn squared_distance(r: &Vector2<f64>, c: &Matrix2<f64>) -> f64 {
+/// r^T C^-1 r.
+pub(crate) fn squared_distance(r: &Vector2<f64>, c: &Matrix2<f64>) -> f64 {
     let d = (c.m22 * r.x * r.x - 2.0 * c.m12 * r.x * r.y + c.m11 * r.y * r.y) / c.determinant();
     if d.is_finite() { d } else { f64::INFINITY }
 }

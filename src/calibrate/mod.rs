@@ -4,11 +4,15 @@ mod closed_form;
 mod consensus;
 pub mod correspondences;
 pub mod decompose;
+pub mod division_camera;
+pub mod division_eigenproblem;
 pub mod dlt;
 pub(crate) mod freedom;
+mod lens_fit;
 pub mod line;
 mod line_measurement;
 mod measurement;
+pub mod radial_alignment;
 mod refine;
 mod solve;
 mod spread;
@@ -40,6 +44,8 @@ pub enum DistortionModel {
     /// k1, k2, p1, p2, k3.
     BrownConrady = 3,
     Division = 4,
+    /// k1 k2 k3 k4 of the angle from the axis: wide-angle and dome cameras.
+    Fisheye = 5,
 }
 
 /// How a camera is calibrated. [`Default`] is right for laser shots and measured points.

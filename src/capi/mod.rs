@@ -37,6 +37,7 @@ pub mod devices;
 pub mod error;
 pub mod file;
 pub mod image;
+pub mod linear_methods;
 pub mod log;
 pub mod pose;
 pub mod progress;

@@ -569,7 +569,8 @@ ptzcal_status ptzcal_image_init(ptzcal_image *image, size_t size) PTZCAL_NOEXCEP
  * A calibrated camera is plain data: fill it in yourself or take it from a calibration. A world
  * point X is at x = R X + t in the camera frame (x right, y down, z forward), at (x/z, y/z) on the
  * normalised plane, there distorted by the lens to (a, b), and at u = fx a + skew b + cx,
- * v = fy b + cy in the image.
+ * v = fy b + cy in the image. A fisheye lens gives (a, b) from the ray itself, also at and beyond
+ * 90 degrees from the axis, where z is not positive.
  * ============================================================================================= */
 
 /** Lens models: the values of ptzcal_camera.distortion_model and ptzcal_rig_model.distortion_model. */
@@ -594,6 +595,13 @@ enum {
    * Negative is barrel distortion. In units of the normalised plane.
    */
   PTZCAL_DISTORTION_MODEL_DIVISION = 4,
+  /**
+   * Fisheye (Kannala-Brandt), the four coefficients k1 k2 k3 k4 with OpenCV's meaning and order: a
+   * ray at the angle theta from the axis is imaged at the radius
+   * theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8) on the normalised plane. Sees
+   * beyond 90 degrees, up to the angle at which the radius stops growing.
+   */
+  PTZCAL_DISTORTION_MODEL_FISHEYE = 5,
 };
 typedef uint32_t ptzcal_distortion_model;
 
@@ -1537,7 +1545,7 @@ ptzcal_status ptzcal_calibration_get_summary(const ptzcal_calibration *calibrati
  * The covariance of all parameters: p x p numbers, row-major, symmetric, p = the summary's
  * `parameters`. Their order:
  *   0 fx, 1 fy, 2 skew, 3 cx, 4 cy (pixels),
- *   5 ... the coefficients of the camera's lens model, in its order (0, 1 or 5 of them),
+ *   5 ... the coefficients of the camera's lens model, in its order (0, 1, 4 or 5 of them),
  *   then 3 for the rotation: w in R <- exp([w]x) R, a turn about the camera's own axes (radians),
  *   then 3 for the camera's centre in the world (metres).
  * Rows and columns of parameters that were not free are 0.
@@ -1696,6 +1704,60 @@ ptzcal_status ptzcal_calibration_back_project_to_plane(const ptzcal_calibration 
                                                        double *xyz,
                                                        double *xyz_covariance,
                                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Closed forms with lens distortion
+ *
+ * The two linear methods with the division model, by their names. Both take every measurement as it
+ * is (no outliers are set aside) and the centre of distortion as given; ptzcal_calibrate_camera begins
+ * with the first one where a lens is fitted, and finds the centre, which is the principal point, too.
+ * ============================================================================================= */
+
+/**
+ * Radial alignment (Tsai 1987) with the division model: a camera with a radial lens in two linear
+ * steps, from at least 7 measurements. Its lambda is within about a fifth of the best possible
+ * accuracy, and it works without distortion too.
+ *
+ * @param set    The measurements, free of outliers; not in one plane.
+ * @param centre 2 numbers: the centre of distortion, pixels; may be NULL: the image's centre.
+ * @param camera Receives the camera, with a lens PTZCAL_DISTORTION_MODEL_DIVISION about its principal
+ *               point; set up by ptzcal_camera_init. Lambda in pixels^-2 is
+ *               distortion[0] / (fx fy).
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_DEGENERATE;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_radial_alignment(const ptzcal_correspondences *set,
+                                      const double *centre,
+                                      ptzcal_camera *camera,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The direct linear transform with the division model as a generalised eigenproblem (Fitzgibbon
+ * 2001), from at least 6 measurements. The weaker method: lambda is off by about sigma^2 / lambda
+ * however many measurements there are, and a lens without distortion is refused or answered with a
+ * lambda that means nothing. Use ptzcal_radial_alignment.
+ *
+ * @param set    The measurements, free of outliers; their own errors in space are not used.
+ * @param centre 2 numbers: the centre of distortion, pixels; may be NULL: the image's centre.
+ * @param camera Receives the camera, with a lens PTZCAL_DISTORTION_MODEL_DIVISION about its principal
+ *               point; set up by ptzcal_camera_init. Lambda in pixels^-2 is
+ *               distortion[0] / (fx fy).
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_DEGENERATE (no eigenvalue is
+ *         real, is a lens, or puts all points in front of the camera);
+ *         PTZCAL_STATUS_NO_CONVERGENCE; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_division_eigenproblem(const ptzcal_correspondences *set,
+                                           const double *centre,
+                                           ptzcal_camera *camera,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
  * Planes and roof edges

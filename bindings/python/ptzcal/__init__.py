@@ -5,7 +5,13 @@ image positions pixels; pixel (0, 0) is the centre of the top-left pixel. Calls 
 """
 
 from ._native import abi_version, version
-from .calibrate import Calibration, Correspondences, calibrate_camera
+from .calibrate import (
+    Calibration,
+    Correspondences,
+    calibrate_camera,
+    division_eigenproblem,
+    radial_alignment,
+)
 from .camera import Camera, DistortionModel
 from .cancel import Cancel
 from .detect import LaserColour, Spot, SpotOptions, detect_spot
@@ -55,6 +61,8 @@ __all__ = [
     "Status",
     "abi_version",
     "calibrate_camera",
+    "division_eigenproblem",
+    "radial_alignment",
     "detect_spot",
     "estimate_pose_roof_edges",
     "version",

@@ -147,6 +147,8 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_calibration_options_set_max_iterations": (_status, _handle, c_uint32, _error_out),
     "ptzcal_calibration_options_set_cancel": (_status, _handle, _handle, _error_out),
     "ptzcal_calibrate_camera": (_status, _handle, _handle, _handle_out, _error_out),
+    "ptzcal_radial_alignment": (_status, _handle, _array, _camera, _error_out),
+    "ptzcal_division_eigenproblem": (_status, _handle, _array, _camera, _error_out),
     "ptzcal_calibration_free": (None, _handle),
     "ptzcal_calibration_get_camera": (_status, _handle, _camera, _error_out),
     "ptzcal_calibration_summary_init": (_status, _summary, c_size_t),

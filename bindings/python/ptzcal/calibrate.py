@@ -30,6 +30,7 @@ _COEFFICIENTS: Dict[int, Tuple[str, ...]] = {
     DistortionModel.NONE: (),
     DistortionModel.BROWN_CONRADY: ("k1", "k2", "p1", "p2", "k3"),
     DistortionModel.DIVISION: ("lambda",),
+    DistortionModel.FISHEYE: ("k1", "k2", "k3", "k4"),
 }
 
 
@@ -376,3 +377,31 @@ def calibrate_camera(
     }
     given = any(value is not None for value in settings.values())
     return Calibration(correspondences, _Options(settings) if given else None)
+
+
+def radial_alignment(correspondences: Correspondences, centre: Any = None) -> Camera:
+    """Radial alignment (Tsai 1987) with the division model: a camera in two linear steps.
+
+    Takes every measurement as it is. centre: (2,), the centre of distortion, pixels (the image's
+    centre). The camera's lambda is in units of its normalised plane: over fx fy in pixels^-2.
+
+    Raises Error TOO_FEW_POINTS (below 7) or DEGENERATE.
+    """
+    return _linear(lib.ptzcal_radial_alignment, correspondences, centre)
+
+
+def division_eigenproblem(correspondences: Correspondences, centre: Any = None) -> Camera:
+    """The direct linear transform with the division model as a generalised eigenproblem
+    (Fitzgibbon 2001): the weaker method, meaningless without distortion. As radial_alignment.
+
+    Raises Error TOO_FEW_POINTS (below 6), DEGENERATE (what was wrong with the eigenvalues) or
+    NO_CONVERGENCE.
+    """
+    return _linear(lib.ptzcal_division_eigenproblem, correspondences, centre)
+
+
+def _linear(function: Any, correspondences: Correspondences, centre: Any) -> Camera:
+    given = None if centre is None else rows([centre], 2, "centre")
+    struct = _native.initial(_structs.ptzcal_camera)
+    call(function, correspondences._pointer, address_of_optional(given), byref(struct))
+    return Camera._from_struct(struct)
