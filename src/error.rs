@@ -61,6 +61,10 @@ pub enum Degeneracy {
     ImageCollapsed,
     /// The edges (or planes) are parallel: a translation or rotation is unobservable.
     Parallel,
+    /// All calibration boards are parallel to each other: focal length and distance trade off.
+    ParallelBoards,
+    /// All boards are at one distance: the laser's offset and slope trade off.
+    OneDistance,
     /// Other near-singular geometry, such as points on a twisted cubic through the centre.
     IllConditioned,
 }
@@ -78,6 +82,10 @@ impl Degeneracy {
                 "the points have too little relief for their noise: add points at other depths, or fix the intrinsics"
             }
             Self::ImageCollapsed => "the image points cover too little of the image: spread them over the image",
+            Self::ParallelBoards => "the boards are parallel: add views tilted by 20 to 40 degrees, each another way",
+            Self::OneDistance => {
+                "the boards are at one distance: add views nearer and farther, over all depths of the work"
+            }
             Self::Parallel => "the edges are (nearly) parallel: add an edge in another direction",
             Self::IllConditioned => "the geometry is nearly singular: add points at other depths and directions",
         }

@@ -1,6 +1,9 @@
 //! `make accuracy`: the figures of the README against truth that nobody tuned to. Prints a table and
 //! writes target/accuracy.json. `accuracy quick` takes a tenth of the runs.
 
+#[path = "../../tests/support/boards.rs"]
+mod board;
+mod boards;
 #[path = "../../tests/support/data.rs"]
 mod data;
 mod end_to_end;
@@ -38,6 +41,7 @@ fn main() -> std::io::Result<()> {
         figures.extend(new);
     };
     simulated::run(scale(400), &mut report);
+    boards::run(scale(400), &mut report);
     outliers::run(scale(1000), &mut report);
     end_to_end::run(&mut report);
     real::run(&mut report);

@@ -1,16 +1,20 @@
 //! Calibration of a fixed camera from 2D-3D sets.
 
+pub mod boards;
 mod consensus;
 pub mod correspondences;
 pub mod decompose;
 pub mod dlt;
+pub mod laser_line;
 mod measurement;
 mod refine;
 mod solve;
 mod spread;
 mod start;
 
+pub use boards::{BoardCalibration, BoardCorner, Boards, calibrate_from_boards};
 pub use correspondences::{Correspondences, Observation};
+pub use laser_line::{LaserCalibration, calibrate_laser_line};
 pub use solve::calibrate_camera;
 
 use nalgebra::{DMatrix, Vector2};

@@ -14,26 +14,26 @@ use crate::geometry::{Camera, Distortion, Intrinsics, Rigid};
 
 /// All parameters: fx fy skew cx cy, five distortion coefficients, rotation, centre.
 pub(crate) const ALL: usize = 16;
-const DISTORTION: usize = 5;
-const ROTATION: usize = 10;
+pub(crate) const DISTORTION: usize = 5;
+pub(crate) const ROTATION: usize = 10;
 const CENTRE: usize = 13;
 
-type Row = [f64; ALL];
+pub(crate) type Row = [f64; ALL];
 
 /// An unknown of the refinement: a parameter, and another one that moves along with it.
 #[derive(Debug, Clone, Copy)]
-struct Unknown {
-    parameter: usize,
-    tied: Option<usize>,
+pub(crate) struct Unknown {
+    pub parameter: usize,
+    pub tied: Option<usize>,
 }
 
 impl Unknown {
-    fn moves(&self, parameter: usize) -> bool {
+    pub fn moves(&self, parameter: usize) -> bool {
         parameter == self.parameter || Some(parameter) == self.tied
     }
 
     /// The derivative by this unknown, from those by all parameters.
-    fn derivative<T: Copy + std::ops::Add<Output = T>>(&self, by_parameter: &[T; ALL]) -> T {
+    pub fn derivative<T: Copy + std::ops::Add<Output = T>>(&self, by_parameter: &[T]) -> T {
         let own = by_parameter[self.parameter];
         self.tied.map_or(own, |tied| own + by_parameter[tied])
     }
@@ -42,9 +42,9 @@ impl Unknown {
 /// Which parameters are free, and what is believed of them beforehand.
 #[derive(Debug, Clone)]
 pub(crate) struct Freedom {
-    unknowns: Vec<Unknown>,
+    pub unknowns: Vec<Unknown>,
     /// Residuals of priors, linear in the parameters: row . parameters ~ N(0, 1), lens scale divided out.
-    priors: Vec<Row>,
+    pub priors: Vec<Row>,
 }
 
 impl Freedom {
