@@ -1,5 +1,6 @@
 //! `make accuracy`: the figures of the README against truth that nobody tuned to. Prints a table and
-//! writes target/accuracy.json. `accuracy quick` takes a tenth of the runs.
+//! writes target/accuracy.json. `accuracy quick` takes a tenth of the runs; a part's name (simulated,
+//! boards, outliers, end_to_end, real) measures that part only.
 
 #[path = "../../tests/support/boards.rs"]
 mod board;
@@ -20,6 +21,8 @@ use figure::Figure;
 
 fn main() -> std::io::Result<()> {
     let quick = std::env::args().any(|a| a == "quick");
+    let parts: Vec<String> = std::env::args().skip(1).filter(|a| a != "quick").collect();
+    let wanted = |part: &str| parts.is_empty() || parts.iter().any(|p| p == part);
     let scale = |runs: usize| if quick { (runs / 10).max(20) } else { runs };
     let mut figures = Vec::new();
     println!("{:<6} {:<58} {:>12} {:>12} {:>8} {:>7}", "goal", "set-up", "measured", "bound", "ratio", "limit");
@@ -40,11 +43,21 @@ fn main() -> std::io::Result<()> {
         }
         figures.extend(new);
     };
-    simulated::run(scale(400), &mut report);
-    boards::run(scale(400), &mut report);
-    outliers::run(scale(1000), &mut report);
-    end_to_end::run(&mut report);
-    real::run(&mut report);
+    if wanted("simulated") {
+        simulated::run(scale(400), &mut report);
+    }
+    if wanted("boards") {
+        boards::run(scale(400), &mut report);
+    }
+    if wanted("outliers") {
+        outliers::run(scale(1000), &mut report);
+    }
+    if wanted("end_to_end") {
+        end_to_end::run(&mut report);
+    }
+    if wanted("real") {
+        real::run(&mut report);
+    }
     let entries: Vec<serde_json::Value> = figures
         .iter()
         .map(|f| {

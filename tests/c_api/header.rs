@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 24] = [
+const TOPICS: [&str; 26] = [
     "version",
     "status",
     "error",
@@ -23,6 +23,8 @@ const TOPICS: [&str; 24] = [
     "correspondences",
     "calibration_options",
     "calibrate",
+    "boards",
+    "laser_line",
     "roof_edges",
     "pose",
     "devices",

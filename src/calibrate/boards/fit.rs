@@ -5,7 +5,7 @@ use nalgebra::{Matrix2, Vector2, Vector3};
 
 use super::adjust::{Adjusted, Covariance, Loss, Prior, Problem, Seen, Stop, ViewData, adjust_pose, distance2};
 use super::model::{self, BEND, GLOBALS, LASER, Sheet, State};
-use super::start::{Start, positions, reversed};
+use super::start::{Start, pose_under, positions, reversed};
 use super::views::{BoardView, Boards, MIN_CORNERS};
 use crate::calibrate::CalibrationOptions;
 use crate::calibrate::consensus::CHI2_MEDIAN;
@@ -315,25 +315,19 @@ impl<'a> Fitter<'a> {
         Ok(())
     }
 
-    /// What agrees with a state. Views that are out get a new chance with a pose of their own.
+    /// What agrees with a state. A view that does not gets a new chance from a pose of its own.
     fn classify(&self, state: &mut State, before: &Selection, factor: f64) -> Result<Selection> {
         let limit = OUTLIER * if self.assumed { 1.0 } else { factor * factor };
+        let agreeing = |state: &State, view: usize| -> Result<Vec<bool>> {
+            Ok(self.distances(state, view, factor)?.iter().map(|d| *d <= limit).collect())
+        };
         let mut next = before.clone();
-        for (view, used) in before.views.iter().enumerate() {
-            if !used {
-                let all = Selection {
-                    corners: before.corners.iter().map(|c| vec![true; c.len()]).collect(),
-                    ..before.clone()
-                };
-                let data = self.data(view, &all, factor)?;
-                let loss = Loss::Cauchy(CAUCHY);
-                let found = adjust_pose(&data, state, state.poses[view], self.sheet, loss, &self.stop(COARSE));
-                self.options.cancel.check()?;
-                if let Ok((pose, _)) = found {
-                    state.poses[view] = pose;
-                }
+        for view in 0..before.views.len() {
+            let mut mask = agreeing(state, view)?;
+            if !enough(&mask) {
+                self.pose_afresh(state, view, factor)?;
+                mask = agreeing(state, view)?;
             }
-            let mask: Vec<bool> = self.distances(state, view, factor)?.iter().map(|d| *d <= limit).collect();
             next.views[view] = enough(&mask);
             next.corners[view] = if next.views[view] { mask } else { vec![false; mask.len()] };
             if self.unknowns.iter().any(|u| u.parameter >= LASER) {
@@ -346,6 +340,25 @@ impl<'a> Fitter<'a> {
             return Err(Error::NoConsensus { inliers: used, total: all });
         }
         Ok(next)
+    }
+
+    /// Poses a view from nothing but its corners and the lens.
+    fn pose_afresh(&self, state: &mut State, view: usize, factor: f64) -> Result<()> {
+        let board = &self.boards.views()[view];
+        let Some(pose) = pose_under(&state.camera, board, self.options) else { return Ok(()) };
+        state.poses[view] = pose;
+        let corners = board.corners.iter();
+        let corners = corners
+            .map(|c| Ok((c.board, self.seen(&c.pixel, c.pixel_covariance.as_ref(), factor)?)))
+            .collect::<Result<_>>()?;
+        let data = ViewData { corners, spot: None };
+        match adjust_pose(&data, state, pose, self.sheet, Loss::Cauchy(CAUCHY), &self.stop(COARSE)) {
+            Ok((pose, _)) => state.poses[view] = pose,
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            // The closed form's pose stays.
+            Err(_) => {}
+        }
+        Ok(())
     }
 
     /// Reverses the tilt of boards that fit better so.

@@ -8,8 +8,10 @@ use crate::geometry::homography;
 
 /// Samples of four corners: a clean one is missed once in 10^5 when half of the corners are wrong.
 const SAMPLES: usize = 180;
-/// A corner this many times farther off than the median one calls for the search.
+/// A corner this many times farther off than the median one calls for the search, as does a median one
+/// that is off by this part of the board's image.
 const SUSPICIOUS: f64 = 6.0;
+const SUSPICIOUS_MEDIAN: f64 = 0.01;
 
 pub(crate) struct ViewHomography {
     pub matrix: Matrix3<f64>,
@@ -27,7 +29,8 @@ pub(crate) fn of_view(
     let mut distances = Vec::with_capacity(board.len());
     let all = homography::estimate(board, image).ok()?;
     let (mut best, largest) = scored(all, board, image, &mut distances);
-    if !robust || board.len() <= 4 || largest <= SUSPICIOUS * best.median {
+    let clean = largest <= SUSPICIOUS * best.median && best.median <= SUSPICIOUS_MEDIAN * extent(image);
+    if !robust || board.len() <= 4 || clean {
         return Some(best);
     }
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -52,6 +55,13 @@ pub(crate) fn of_view(
         best = scored(matrix, board, image, &mut distances).0;
     }
     Some(best)
+}
+
+/// Mean distance from the middle.
+fn extent(points: &[Vector2<f64>]) -> f64 {
+    let n = points.len() as f64;
+    let middle = points.iter().sum::<Vector2<f64>>() / n;
+    points.iter().map(|p| (p - middle).norm()).sum::<f64>() / n
 }
 
 fn distance(h: &Matrix3<f64>, board: &Vector2<f64>, image: &Vector2<f64>) -> f64 {

@@ -43,6 +43,8 @@ pub struct BoardPose {
     pub covariance: Matrix6<f64>,
     /// False for a view that was set aside: most of its corners disagree with the other views.
     pub used: bool,
+    /// Corners that were given.
+    pub corners: usize,
     /// Corners that were used.
     pub inliers: usize,
     /// Root mean square length of the used corners' residuals, px; of all corners of a view that was

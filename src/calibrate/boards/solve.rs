@@ -130,6 +130,7 @@ pub(crate) fn report(boards: &Boards, fitted: &Fitted) -> BoardCalibration {
             pose: state.poses[v],
             covariance: if used { covariances.next().copied().unwrap_or_default() } else { Matrix6::zeros() },
             used,
+            corners: view.corners.len(),
             inliers: selection.corners[v].iter().filter(|i| **i).count(),
             rms: if counted.is_empty() {
                 f64::INFINITY

@@ -91,17 +91,10 @@ impl<'a> Starts<'a> {
         let pinhole = camera.distortion.distort(Vector2::new(0.3, 0.4)) == Some(Vector2::new(0.3, 0.4));
         let to_plane = self.from_pixels(&camera.intrinsics).matrix().try_inverse()?;
         let pose = |(view, h): (&BoardView, &ViewHomography)| {
-            if pinhole { pose(&(to_plane * h.matrix), view) } else { self.undistorted_pose(&camera, view) }
+            if pinhole { pose(&(to_plane * h.matrix), view) } else { pose_under(&camera, view, self.options) }
         };
         let poses: Option<Vec<Rigid>> = self.boards.views().iter().zip(&self.homographies).map(pose).collect();
         Some(Start { camera, poses: poses? })
-    }
-
-    fn undistorted_pose(&self, camera: &Camera, view: &BoardView) -> Option<Rigid> {
-        let (board, ideal): (Vec<_>, Vec<_>) =
-            view.corners.iter().filter_map(|c| camera.undistort_pixel(&c.pixel).map(|ideal| (c.board, ideal))).unzip();
-        let h = homographies::of_view(&board, &ideal, self.options.robust, self.options.seed)?;
-        pose(&h.matrix, view)
     }
 
     fn camera(&self, intrinsics: Intrinsics, distortion: Distortion) -> Camera {
@@ -142,6 +135,14 @@ pub(crate) fn positions(view: &BoardView) -> Vec<Vector2<f64>> {
 
 pub(crate) fn centroid(view: &BoardView) -> Vector2<f64> {
     view.corners.iter().map(|c| c.board).sum::<Vector2<f64>>() / view.corners.len() as f64
+}
+
+/// The pose of one view under a lens, by the homography of its ideal corners.
+pub(crate) fn pose_under(camera: &Camera, view: &BoardView, options: &CalibrationOptions) -> Option<Rigid> {
+    let (board, ideal): (Vec<_>, Vec<_>) =
+        view.corners.iter().filter_map(|c| camera.undistort_pixel(&c.pixel).map(|ideal| (c.board, ideal))).unzip();
+    let h = homographies::of_view(&board, &ideal, options.robust, options.seed)?;
+    pose(&h.matrix, view)
 }
 
 /// The pose whose [r1 r2 t] is nearest to a homography to the normalised plane, the board in front.
