@@ -384,6 +384,12 @@ fn parallel_boards_are_refused() {
             }
         }
     }
+    // Exact corners of one board straight ahead: what rounding leaves is no focal length.
+    for z in [1.0, 2.0, 3.0] {
+        let ahead = Rigid { translation: Vector3::new(0.0, 0.0, z), ..Rigid::identity() };
+        let e = failure(&simulated(&truth, &[ahead], 0.0, &mut Noise::new(4)), &Default::default());
+        assert_eq!(degeneracy(&e), Degeneracy::ParallelBoards, "{e}");
+    }
     // The lens known, they pose no question.
     let lens = Some((truth.intrinsics, truth.distortion));
     let options = CalibrationOptions { fixed_lens: lens, ..Default::default() };

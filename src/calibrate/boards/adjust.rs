@@ -12,6 +12,8 @@ use crate::geometry::linalg::invert_spd;
 use crate::geometry::{Camera, Rigid};
 
 const WIDTH: usize = POSE + GLOBALS;
+/// Part of an unknown's information that must be left when the poses are eliminated.
+const TAKEN_UP: f64 = 1e-9;
 type Coupling = SMatrix<f64, POSE, GLOBALS>;
 
 /// A pixel that was seen, with the root of its information.
@@ -364,14 +366,20 @@ impl Adjusted {
             let (inverse, condition) =
                 invert_spd(&DMatrix::from_column_slice(POSE, POSE, block.h.as_slice())).ok_or_else(singular)?;
             pose_condition = pose_condition.max(condition);
-            let inverse = Matrix6::from_column_slice(inverse.as_slice());
-            let gain = inverse * block.coupling;
+            // W^T V^-1 W by half, so that what is left of an unknown that the poses take up is nothing.
+            let l = block.h.cholesky().ok_or_else(singular)?.unpack();
+            let half = l.solve_lower_triangular(&block.coupling).ok_or_else(singular)?;
+            let gain = l.tr_solve_lower_triangular(&half).ok_or_else(singular)?;
             for a in 0..n {
                 for b in 0..n {
-                    h[(a, b)] -= block.coupling.column(a).dot(&gain.column(b));
+                    h[(a, b)] -= half.column(a).dot(&half.column(b));
                 }
             }
-            parts.push((inverse, gain));
+            parts.push((Matrix6::from_column_slice(inverse.as_slice()), gain));
+        }
+        // The rest would be rounding, which looks like a small but sound number when data are exact.
+        if (0..n).any(|i| h[(i, i)] <= TAKEN_UP * self.system.h[i][i]) {
+            return Err(singular());
         }
         let (shared, condition) =
             if n > 0 { invert_spd(&h).ok_or_else(singular)? } else { (DMatrix::zeros(0, 0), pose_condition) };
