@@ -126,6 +126,9 @@ pub enum Error {
     Unreachable { reason: String },
     #[error("point {index} is outside what the lens model covers")]
     OutsideLens { index: usize },
+    /// One of several cameras failed.
+    #[error("camera {index}: {source}")]
+    Camera { index: usize, source: Box<Error> },
 
     #[error("not found: {reason}")]
     NotFound { reason: String },
@@ -169,8 +172,14 @@ impl Error {
         Self::Degenerate { kind, detail: detail.into() }
     }
 
+    /// The fault of one camera among several.
+    pub fn in_camera(index: usize, source: Self) -> Self {
+        Self::Camera { index, source: Box::new(source) }
+    }
+
     pub fn status(&self) -> Status {
         match self {
+            Self::Camera { source, .. } => source.status(),
             Self::InvalidArgument { .. } => Status::InvalidArgument,
             Self::NullPointer { .. } => Status::NullPointer,
             Self::NotFinite { .. } => Status::NotFinite,
@@ -205,7 +214,10 @@ impl Error {
     /// Which point, view or sample is at fault, where one is.
     pub fn index(&self) -> Option<usize> {
         match self {
-            Self::NotFinite { index, .. } | Self::BehindCamera { index } | Self::OutsideLens { index } => Some(*index),
+            Self::NotFinite { index, .. }
+            | Self::BehindCamera { index }
+            | Self::OutsideLens { index }
+            | Self::Camera { index, .. } => Some(*index),
             _ => None,
         }
     }
@@ -213,6 +225,7 @@ impl Error {
     /// What the user can do about it, where there is something to say.
     pub fn hint(&self) -> Option<&'static str> {
         match self {
+            Self::Camera { source, .. } => source.hint(),
             Self::Degenerate { kind, .. } => Some(kind.hint()),
             Self::TooFewPoints { .. } => Some("add points spread over the image and over depth"),
             Self::NoConvergence { .. } => {

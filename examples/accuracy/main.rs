@@ -1,14 +1,17 @@
 //! `make accuracy`: the figures of the README against truth that nobody tuned to. Prints a table and
-//! writes target/accuracy.json. `accuracy quick` takes a tenth of the runs; a part's name (simulated,
-//! boards, outliers, end_to_end, real) measures that part only.
+//! writes target/accuracy.json. `accuracy quick` takes a tenth of the runs, `accuracy joint` (or
+//! another part's name) runs that part alone.
 
 #[path = "../../tests/support/boards.rs"]
 mod board;
 mod boards;
+mod bounds;
 #[path = "../../tests/support/data.rs"]
 mod data;
 mod end_to_end;
 mod figure;
+mod groups;
+mod joint;
 mod outliers;
 mod real;
 mod simulated;
@@ -21,15 +24,13 @@ use figure::Figure;
 
 fn main() -> std::io::Result<()> {
     let quick = std::env::args().any(|a| a == "quick");
-    let parts: Vec<String> = std::env::args().skip(1).filter(|a| a != "quick").collect();
-    let wanted = |part: &str| parts.is_empty() || parts.iter().any(|p| p == part);
     let scale = |runs: usize| if quick { (runs / 10).max(20) } else { runs };
     let mut figures = Vec::new();
-    println!("{:<6} {:<58} {:>12} {:>12} {:>8} {:>7}", "goal", "set-up", "measured", "bound", "ratio", "limit");
+    println!("{:<6} {:<68} {:>12} {:>12} {:>8} {:>7}", "goal", "set-up", "measured", "bound", "ratio", "limit");
     let mut report = |new: Vec<Figure>| {
         for f in &new {
             println!(
-                "{:<6} {:<58} {:>9.4} {:<2} {:>9.4} {:<2} {:>8.3} {:>7.2} {}",
+                "{:<6} {:<68} {:>9.4} {:<2} {:>9.4} {:<2} {:>8.3} {:>7.2} {}",
                 f.goal,
                 f.setup,
                 f.figure,
@@ -43,6 +44,11 @@ fn main() -> std::io::Result<()> {
         }
         figures.extend(new);
     };
+    let only = std::env::args().skip(1).find(|a| a != "quick");
+    let wanted = |part: &str| only.as_deref().is_none_or(|o| o == part);
+    if wanted("joint") {
+        joint::run(scale(400), &mut report);
+    }
     if wanted("simulated") {
         simulated::run(scale(400), &mut report);
     }

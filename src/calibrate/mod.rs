@@ -5,6 +5,7 @@ mod consensus;
 pub mod correspondences;
 pub mod decompose;
 pub mod dlt;
+pub(crate) mod freedom;
 pub mod laser_line;
 mod measurement;
 mod refine;

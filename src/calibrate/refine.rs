@@ -2,96 +2,14 @@
 //! image, with one inverse depth per laser shot eliminated by its Schur complement (maths.md 9.3) and
 //! soft priors on skew and aspect.
 
-use nalgebra::{DMatrix, DVector, Matrix2, Vector2, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix2};
 
+use super::freedom::{ALL, Freedom, Row, full_jacobian, moved, parameters};
 use super::measurement::Measurement;
-use super::{CalibrationOptions, DistortionModel};
 use crate::control::Cancel;
 use crate::error::{Error, Result};
+use crate::geometry::Camera;
 use crate::geometry::linalg::invert_spd;
-use crate::geometry::rigid::exp;
-use crate::geometry::{Camera, Distortion, Intrinsics, Rigid};
-
-/// All parameters: fx fy skew cx cy, five distortion coefficients, rotation, centre.
-pub(crate) const ALL: usize = 16;
-pub(crate) const DISTORTION: usize = 5;
-pub(crate) const ROTATION: usize = 10;
-const CENTRE: usize = 13;
-
-pub(crate) type Row = [f64; ALL];
-
-/// An unknown of the refinement: a parameter, and another one that moves along with it.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Unknown {
-    pub parameter: usize,
-    pub tied: Option<usize>,
-}
-
-impl Unknown {
-    pub fn moves(&self, parameter: usize) -> bool {
-        parameter == self.parameter || Some(parameter) == self.tied
-    }
-
-    /// The derivative by this unknown, from those by all parameters.
-    pub fn derivative<T: Copy + std::ops::Add<Output = T>>(&self, by_parameter: &[T]) -> T {
-        let own = by_parameter[self.parameter];
-        self.tied.map_or(own, |tied| own + by_parameter[tied])
-    }
-}
-
-/// Which parameters are free, and what is believed of them beforehand.
-#[derive(Debug, Clone)]
-pub(crate) struct Freedom {
-    pub unknowns: Vec<Unknown>,
-    /// Residuals of priors, linear in the parameters: row . parameters ~ N(0, 1), lens scale divided out.
-    pub priors: Vec<Row>,
-}
-
-impl Freedom {
-    pub fn of(options: &CalibrationOptions) -> Self {
-        let unit = |parameter: usize| Unknown { parameter, tied: None };
-        let (mut unknowns, mut priors) = (Vec::new(), Vec::new());
-        if options.fixed_lens.is_none() {
-            if options.aspect_sigma > 0.0 {
-                unknowns.extend([unit(0), unit(1)]);
-                let mut aspect = [0.0; ALL];
-                (aspect[0], aspect[1]) = (1.0 / options.aspect_sigma, -1.0 / options.aspect_sigma);
-                priors.push(aspect);
-            } else {
-                unknowns.push(Unknown { parameter: 0, tied: Some(1) });
-            }
-            if options.skew_sigma > 0.0 {
-                unknowns.push(unit(2));
-                let mut skew = [0.0; ALL];
-                skew[2] = 1.0 / options.skew_sigma;
-                priors.push(skew);
-            }
-            unknowns.extend([unit(3), unit(4)]);
-            let coefficients: &[usize] = match options.distortion {
-                DistortionModel::None => &[],
-                DistortionModel::Radial1 | DistortionModel::Division => &[0],
-                DistortionModel::Radial2 => &[0, 1],
-                DistortionModel::BrownConrady => &[0, 1, 2, 3, 4],
-            };
-            unknowns.extend(coefficients.iter().map(|i| unit(DISTORTION + i)));
-        }
-        unknowns.extend((ROTATION..ALL).map(unit));
-        Self { unknowns, priors }
-    }
-
-    pub fn count(&self) -> usize {
-        self.unknowns.len()
-    }
-}
-
-/// A model without distortion of the kind that `model` fits.
-pub(crate) fn blank_distortion(model: DistortionModel) -> Distortion {
-    match model {
-        DistortionModel::None => Distortion::None,
-        DistortionModel::Division => Distortion::Division(0.0),
-        _ => Distortion::BrownConrady([0.0; 5]),
-    }
-}
 
 pub(crate) struct Refined {
     pub camera: Camera,
@@ -149,7 +67,7 @@ pub(crate) fn refine(
         iterations += 1;
         let step = solve(&system, damping);
         let next = step.as_ref().and_then(|step| {
-            let next_state = moved(&state, freedom, step)?;
+            let next_state = moved(&state, freedom, step.as_slice())?;
             let mut next_rhos = rhos.clone();
             let mut shots = system.depths.iter();
             for (m, rho) in measurements.iter().zip(&mut next_rhos) {
@@ -222,14 +140,6 @@ fn whitenings(measurements: &[Measurement], camera: &Camera, noise_factor: f64) 
             if ok { Ok(w) } else { Err(Error::invalid("covariance", format!("of point {index} is singular"))) }
         })
         .collect()
-}
-
-fn parameters(camera: &Camera) -> Row {
-    let mut p = [0.0; ALL];
-    p[..5].copy_from_slice(&camera.intrinsics.to_array());
-    let k = camera.distortion.coefficients();
-    p[DISTORTION..DISTORTION + k.len()].copy_from_slice(k);
-    p
 }
 
 /// Normal equations at an estimate, inverse depths eliminated; `None` when a point cannot be projected.
@@ -306,16 +216,6 @@ fn accumulate(h: &mut [[f64; ALL]; ALL], row: &Row, weight: f64, n: usize) {
     }
 }
 
-/// d pixel / d each of the sixteen parameters.
-fn full_jacobian(p: &crate::geometry::camera::Projection) -> [Vector2<f64>; ALL] {
-    std::array::from_fn(|i| match i {
-        0..DISTORTION => p.by_intrinsics.column(i).into(),
-        DISTORTION..ROTATION => p.by_distortion.column(i - DISTORTION).into(),
-        ROTATION..CENTRE => p.by_rotation.column(i - ROTATION).into(),
-        _ => p.by_centre.column(i - CENTRE).into(),
-    })
-}
-
 /// (H + damping diag H) step = g.
 fn solve(system: &System, damping: f64) -> Option<DVector<f64>> {
     let n = system.g.len();
@@ -331,29 +231,4 @@ fn solve(system: &System, damping: f64) -> Option<DVector<f64>> {
     let y = nalgebra::Cholesky::new(a)?.solve(&system.g.component_mul(&scale));
     let step = y.component_mul(&scale);
     step.iter().all(|v| v.is_finite()).then_some(step)
-}
-
-/// The camera after a step; `None` when a focal length would not be positive.
-fn moved(camera: &Camera, freedom: &Freedom, step: &DVector<f64>) -> Option<Camera> {
-    let mut change = [0.0; ALL];
-    for (unknown, s) in freedom.unknowns.iter().zip(step.iter()) {
-        change[unknown.parameter] += s;
-        if let Some(tied) = unknown.tied {
-            change[tied] += s;
-        }
-    }
-    let k = camera.intrinsics.to_array();
-    let intrinsics = Intrinsics::from_array(std::array::from_fn(|i| k[i] + change[i]));
-    let mut distortion = camera.distortion;
-    for (k, c) in distortion.coefficients_mut().iter_mut().zip(&change[DISTORTION..ROTATION]) {
-        *k += c;
-    }
-    let turn = Vector3::from_column_slice(&change[ROTATION..CENTRE]);
-    let centre = camera.centre() + Vector3::from_column_slice(&change[CENTRE..]);
-    // A turn of more than a quarter is never a good step, and repeated products drift: both are mended here.
-    if turn.norm() > 1.5 || intrinsics.fx <= 0.0 || intrinsics.fy <= 0.0 {
-        return None;
-    }
-    let rotation = crate::geometry::rigid::nearest_rotation(&(exp(&turn) * camera.pose.rotation))?;
-    Some(Camera { intrinsics, distortion, pose: Rigid::from_centre(rotation, &centre), ..*camera })
 }

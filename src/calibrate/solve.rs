@@ -3,8 +3,9 @@
 use nalgebra::{DMatrix, Vector2};
 
 use super::consensus::CHI2_MEDIAN;
+use super::freedom::{ALL, Freedom, blank_distortion};
 use super::measurement::Measurement;
-use super::refine::{ALL, Freedom, Refined, blank_distortion, refine};
+use super::refine::{Refined, refine};
 use super::spread::{self, Noise};
 use super::start::{Search, Start};
 use super::{Calibration, CalibrationOptions, Correspondences, Observation};

@@ -5,7 +5,7 @@
 use nalgebra::{DMatrix, DVector, Matrix2, Matrix6, SMatrix, SVector, Vector2};
 
 use super::model::{self, GLOBALS, POSE, Prediction, Sheet, State, moved_pose};
-use crate::calibrate::refine::Unknown;
+use crate::calibrate::freedom::Unknown;
 use crate::control::Cancel;
 use crate::error::{Degeneracy, Error, Result};
 use crate::geometry::linalg::invert_spd;

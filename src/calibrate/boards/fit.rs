@@ -9,7 +9,7 @@ use super::start::{Start, pose_under, positions, reversed};
 use super::views::{BoardView, Boards, MIN_CORNERS};
 use crate::calibrate::CalibrationOptions;
 use crate::calibrate::consensus::CHI2_MEDIAN;
-use crate::calibrate::refine::{Freedom, ROTATION, Unknown};
+use crate::calibrate::freedom::{Freedom, ROTATION, Unknown};
 use crate::calibrate::solve::{ASSUMED_SIGMA, MAX_ROUNDS, OUTLIER, significant};
 use crate::error::{Error, Result};
 use crate::geometry::rig_model::LaserLine;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use crate::calibrate::refine::{DISTORTION, ROTATION};
+use crate::calibrate::freedom::{DISTORTION, ROTATION};
 use crate::geometry::rig_model::LaserLine;
 use crate::geometry::rigid::exp;
 use crate::geometry::{Camera, Rigid};

@@ -7,7 +7,7 @@ use super::fit::{Fitted, Fitter, sheet};
 use super::start::Starts;
 use super::views::Boards;
 use super::{BoardCalibration, BoardPose};
-use crate::calibrate::refine::ROTATION;
+use crate::calibrate::freedom::ROTATION;
 use crate::calibrate::solve::{MAX_RMS, plausible, validate};
 use crate::calibrate::{Calibration, CalibrationOptions};
 use crate::error::{Degeneracy, Error, Result};

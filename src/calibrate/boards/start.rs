@@ -6,7 +6,7 @@ use super::homographies::{self, ViewHomography};
 use super::views::{BoardView, Boards};
 use super::zhang;
 use crate::calibrate::CalibrationOptions;
-use crate::calibrate::refine::blank_distortion;
+use crate::calibrate::freedom::blank_distortion;
 use crate::calibrate::solve::plausible;
 use crate::error::{Degeneracy, Error, Result};
 use crate::geometry::rigid::nearest_rotation;

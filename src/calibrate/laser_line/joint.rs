@@ -10,7 +10,7 @@ use crate::calibrate::boards::adjust::Prior;
 use crate::calibrate::boards::fit::{Fitted, Fitter, sheet};
 use crate::calibrate::boards::model::{self, GLOBALS, LASER, State};
 use crate::calibrate::boards::solve::{fit, report, verdict};
-use crate::calibrate::refine::ROTATION;
+use crate::calibrate::freedom::ROTATION;
 use crate::calibrate::solve::OUTLIER;
 use crate::calibrate::{Calibration, CalibrationOptions};
 use crate::error::{Degeneracy, Error, Result};
