@@ -181,7 +181,7 @@ impl Problem<'_> {
             if let Some(seen) = &view.spot {
                 sum.add(&model::spot(state, &self.sheet, pose)?, seen, self);
             }
-            sum.into_system(block, system.h.as_mut(), system.g.as_mut(), self.unknowns.len());
+            sum.add_to(block, &mut system.h, &mut system.g, self.unknowns.len());
             system.cost += sum.cost;
             system.chi2 += sum.chi2;
         }
@@ -313,15 +313,13 @@ impl ViewSum {
         }
     }
 
-    fn into_system(&self, block: &mut Block, h: &mut [[f64; GLOBALS]], g: &mut [f64], n: usize) {
+    fn add_to(&self, block: &mut Block, h: &mut [[f64; GLOBALS]; GLOBALS], g: &mut [f64; GLOBALS], n: usize) {
         block.h = Matrix6::from_fn(|a, b| self.h[a.min(b)][a.max(b)]);
         block.g = SVector::from_fn(|a, _| self.g[a]);
         block.coupling = Coupling::from_fn(|a, b| self.h[a][POSE + b]);
-        for a in 0..n {
-            g[a] += self.g[POSE + a];
-            for b in a..n {
-                h[a][b] += self.h[POSE + a][POSE + b];
-            }
+        for (a, (h, g)) in h.iter_mut().zip(g.iter_mut()).enumerate().take(n) {
+            *g += self.g[POSE + a];
+            h.iter_mut().zip(&self.h[POSE + a][POSE..]).skip(a).for_each(|(h, own)| *h += own);
         }
     }
 }
@@ -388,7 +386,7 @@ impl Adjusted {
             .iter()
             .map(|(inverse, gain)| {
                 let gain = gain.columns(0, n);
-                let follow = &gain * &shared * gain.transpose();
+                let follow = gain * &shared * gain.transpose();
                 inverse + Matrix6::from_fn(|i, j| 0.5 * (follow[(i, j)] + follow[(j, i)]))
             })
             .collect();

@@ -89,7 +89,7 @@ impl<'a> Starts<'a> {
     pub fn poses(&self, camera: Camera) -> Option<Start> {
         // A pinhole's homography is that of the pixels; another lens is undone first.
         let pinhole = camera.distortion.distort(Vector2::new(0.3, 0.4)) == Some(Vector2::new(0.3, 0.4));
-        let to_plane = self.from_pixels(&camera.intrinsics).matrix().try_inverse()?;
+        let to_plane = self.in_widths(&camera.intrinsics).matrix().try_inverse()?;
         let pose = |(view, h): (&BoardView, &ViewHomography)| {
             if pinhole { pose(&(to_plane * h.matrix), view) } else { pose_under(&camera, view, self.options) }
         };
@@ -111,7 +111,7 @@ impl<'a> Starts<'a> {
         Intrinsics { fx: k.fx * w, fy: k.fy * w, skew: k.skew * w, cx: k.cx * w + c.x, cy: k.cy * w + c.y }
     }
 
-    fn from_pixels(&self, k: &Intrinsics) -> Intrinsics {
+    fn in_widths(&self, k: &Intrinsics) -> Intrinsics {
         let (w, c) = (f64::from(self.boards.width()), self.centre());
         Intrinsics { fx: k.fx / w, fy: k.fy / w, skew: k.skew / w, cx: (k.cx - c.x) / w, cy: (k.cy - c.y) / w }
     }
