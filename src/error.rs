@@ -65,6 +65,8 @@ pub enum Degeneracy {
     ParallelBoards,
     /// All boards are at one distance: the laser's offset and slope trade off.
     OneDistance,
+    /// The lines all meet in one point: they show its image and nothing of the depth behind it.
+    Concurrent,
     /// Other near-singular geometry, such as points on a twisted cubic through the centre.
     IllConditioned,
 }
@@ -87,6 +89,7 @@ impl Degeneracy {
                 "the boards are at one distance: add views nearer and farther, over all depths of the work"
             }
             Self::Parallel => "the edges are (nearly) parallel: add an edge in another direction",
+            Self::Concurrent => "the lines all meet in one point: add lines that pass it by, or two points",
             Self::IllConditioned => "the geometry is nearly singular: add points at other depths and directions",
         }
     }

@@ -4,6 +4,7 @@
 use nalgebra::{DMatrix, DVector, SMatrix, Vector2, Vector3};
 use ptzcal::geometry::{Camera, Intrinsics, RIG_PARAMETERS, RigModel, Rigid, rigid};
 
+use super::edges::Edge;
 use super::thesis::Shot;
 
 pub type RigMatrix = SMatrix<f64, RIG_PARAMETERS, RIG_PARAMETERS>;
@@ -54,6 +55,49 @@ pub fn points(camera: &Camera, world: &[Vector3<f64>], sigma: f64, first: usize)
     }
     let mut all = DMatrix::zeros(n, n);
     all.view_mut((first, first), (n - first, n - first)).copy_from(&inverse(&h));
+    all
+}
+
+/// Of the camera parameters `free` from exact points and lines: of a segment's end counts the distance
+/// from the line's image, which the images of two neighbouring points give.
+pub fn points_and_edges(
+    camera: &Camera,
+    world: &[Vector3<f64>],
+    edges: &[Edge],
+    sigma: f64,
+    free: &[usize],
+) -> DMatrix<f64> {
+    let n = 11 + camera.distortion.coefficients().len();
+    let mut h = DMatrix::<f64>::zeros(free.len(), free.len());
+    let mut add = |predict: &dyn Fn(&Camera) -> f64| {
+        let derivative = |i: usize| {
+            let at = |s: f64| {
+                let mut p = vec![0.0; n];
+                p[i] = s;
+                predict(&moved(camera, &p))
+            };
+            (at(step(i)) - at(-step(i))) / (2.0 * step(i) * sigma)
+        };
+        let j = DVector::from_iterator(free.len(), free.iter().map(|i| derivative(*i)));
+        h += &j * j.transpose();
+    };
+    for x in world {
+        (0..2).for_each(|axis| add(&|c| c.project(x).expect("in view")[axis]));
+    }
+    for e in edges {
+        let along = (e.ends[1] - e.ends[0]).normalize() * 1e-4;
+        for (x, end) in e.ends.iter().zip(&e.pixels) {
+            add(&|c| {
+                let [a, b] = [x - along, x + along].map(|x| c.project(&x).expect("in view"));
+                (b - a).normalize().perp(&(end - a))
+            });
+        }
+    }
+    let inverse = inverse(&h);
+    let mut all = DMatrix::zeros(n, n);
+    for (i, row) in free.iter().enumerate() {
+        free.iter().enumerate().for_each(|(k, column)| all[(*row, *column)] = inverse[(i, k)]);
+    }
     all
 }
 

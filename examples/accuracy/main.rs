@@ -8,10 +8,13 @@ mod boards;
 mod bounds;
 #[path = "../../tests/support/data.rs"]
 mod data;
+#[path = "../../tests/support/edges.rs"]
+mod edges;
 mod end_to_end;
 mod figure;
 mod groups;
 mod joint;
+mod lines;
 mod outliers;
 mod real;
 mod simulated;
@@ -57,6 +60,9 @@ fn main() -> std::io::Result<()> {
     }
     if wanted("outliers") {
         outliers::run(scale(1000), &mut report);
+    }
+    if wanted("lines") {
+        lines::run(scale(500), &mut report);
     }
     if wanted("end_to_end") {
         end_to_end::run(&mut report);

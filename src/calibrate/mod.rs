@@ -1,22 +1,29 @@
 //! Calibration of a fixed camera from 2D-3D sets.
 
 pub mod boards;
+mod closed_form;
 mod consensus;
 pub mod correspondences;
 pub mod decompose;
 pub mod dlt;
 pub(crate) mod freedom;
 pub mod laser_line;
+pub mod line;
+mod line_measurement;
 mod measurement;
 mod refine;
 mod solve;
 mod spread;
+mod stand_ins;
 mod start;
+pub mod uncertainty;
 
 pub use boards::{BoardCalibration, BoardCorner, Boards, calibrate_from_boards};
 pub use correspondences::{Correspondences, Observation};
 pub use laser_line::{LaserCalibration, calibrate_laser_line};
+pub use line::ObservedLine;
 pub use solve::calibrate_camera;
+pub use uncertainty::{UncertainPixel, UncertainPoint, UncertainRay};
 
 use nalgebra::{DMatrix, Vector2};
 
@@ -86,8 +93,10 @@ pub struct Calibration {
     /// (`R <- exp([w]x) R`, radians, camera axes) and the camera's centre in the world (metres).
     /// Rows of parameters that were not free are zero.
     pub covariance: DMatrix<f64>,
-    /// Measured minus predicted pixel of each observation, px, at its measured depth. Outliers too;
-    /// infinite where the point is behind the camera.
+    /// Measured minus predicted pixel of each observation, px, at its measured depth; of a line the
+    /// signed distances of its segment's two ends from the line's image, positive to the right of it
+    /// as seen from the first end to the second. Outliers too; infinite where the camera cannot see
+    /// the point or line.
     pub residuals: Vec<Vector2<f64>>,
     pub inliers: Vec<bool>,
     /// Root mean square length of the inliers' residuals, px.

@@ -127,26 +127,26 @@ pub(super) fn validate(options: &CalibrationOptions) -> Result<()> {
 /// The image points must cover some of the image, and belong to it at all.
 fn check_image(set: &Correspondences, measurements: &[Measurement]) -> Result<()> {
     let (w, h) = (set.width() as f64, set.height() as f64);
-    let (mut low, mut high) = (measurements[0].pixel, measurements[0].pixel);
-    for m in measurements {
-        low = low.inf(&m.pixel);
-        high = high.sup(&m.pixel);
+    let pixels = || measurements.iter().flat_map(|m| m.pixels());
+    let (mut low, mut high) = (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY));
+    for pixel in pixels() {
+        low = low.inf(pixel);
+        high = high.sup(pixel);
     }
     let extent = (high - low).norm();
     if extent < 1e-3 * w.hypot(h) {
         let detail = format!("the image points span {extent:.3} px");
         return Err(Error::degenerate(Degeneracy::ImageCollapsed, detail));
     }
-    let inside =
-        |m: &&Measurement| m.pixel.x > -0.5 * w && m.pixel.x < 1.5 * w && m.pixel.y > -0.5 * h && m.pixel.y < 1.5 * h;
-    if measurements.iter().filter(inside).count() * 2 < measurements.len() {
+    let inside = |m: &&Vector2<f64>| m.x > -0.5 * w && m.x < 1.5 * w && m.y > -0.5 * h && m.y < 1.5 * h;
+    if pixels().filter(inside).count() * 2 < pixels().count() {
         return Err(Error::invalid("uv", format!("most image points lie far outside the {w} x {h} image")));
     }
     Ok(())
 }
 
 fn select(measurements: &[Measurement], mask: &[bool]) -> Vec<Measurement> {
-    measurements.iter().zip(mask).filter(|(_, i)| **i).map(|(m, _)| *m).collect()
+    measurements.iter().zip(mask).filter(|(_, i)| **i).map(|(m, _)| m.clone()).collect()
 }
 
 struct Fitted {
@@ -206,7 +206,7 @@ impl Fitter<'_> {
         let mut refined = self.refine(&subset, camera, factor)?;
         let freedom = (2 * subset.len()).saturating_sub(self.freedom.count());
         let spread = if freedom > 0 { (refined.chi2 / freedom as f64).sqrt() } else { 1.0 };
-        let assumed = subset.iter().any(|m| m.assumed_noise);
+        let assumed = subset.iter().any(|m| m.assumed_noise());
         let mut noise_factor = spread;
         if assumed {
             noise_factor = self.floor(factor * spread);
@@ -232,7 +232,7 @@ impl Fitter<'_> {
 
     /// A stated noise is never taken for smaller; an assumed one has no floor but rounding.
     fn floor(&self, factor: f64) -> f64 {
-        let stated = !self.measurements.iter().any(|m| m.assumed_noise);
+        let stated = !self.measurements.iter().any(|m| m.assumed_noise());
         factor.max(if stated { 1.0 } else { 1e-6 })
     }
 

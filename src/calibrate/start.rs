@@ -5,7 +5,7 @@ use nalgebra::{Matrix2, Matrix3, Matrix3x4, Vector2, Vector3};
 
 use super::consensus::{Consensus, Solver, median, search};
 use super::dlt;
-use super::measurement::Measurement;
+use super::measurement::{Measurement, PointMeasurement};
 use crate::control::Cancel;
 use crate::error::{Degeneracy, Error, Result};
 use crate::geometry::linalg::symmetric_eigen3;
@@ -86,13 +86,12 @@ impl Search<'_> {
 fn normalise(m: &Measurement, lens: &(Intrinsics, Distortion), index: usize) -> Result<Measurement> {
     let (k, distortion) = lens;
     let outside = || Error::invalid("uv", format!("point {index} is outside the lens model"));
-    let ideal = distortion.undistort(k.to_normalised(&m.pixel)).ok_or_else(outside)?;
-    let jacobian = distortion.distort_with_jacobian(ideal).ok_or_else(outside)?.by_point;
-    let inverse = (Matrix2::new(k.fx, k.skew, 0.0, k.fy) * jacobian).try_inverse().ok_or_else(outside)?;
-    let mut normalised = *m;
-    normalised.pixel = ideal;
-    normalised.pixel_covariance = inverse * m.pixel_covariance * inverse.transpose();
-    Ok(normalised)
+    m.map_pixels(|pixel, covariance| {
+        let ideal = distortion.undistort(k.to_normalised(pixel)).ok_or_else(outside)?;
+        let jacobian = distortion.distort_with_jacobian(ideal).ok_or_else(outside)?.by_point;
+        let inverse = (Matrix2::new(k.fx, k.skew, 0.0, k.fy) * jacobian).try_inverse().ok_or_else(outside)?;
+        Ok((ideal, inverse * covariance * inverse.transpose()))
+    })
 }
 
 /// [R | t] nearest to a projection matrix of normalised pixels.
@@ -106,7 +105,8 @@ fn pose_from_space(measurements: &[Measurement]) -> Option<Matrix3x4<f64>> {
 
 /// [R | t] from points in a plane by their homography.
 fn pose_from_plane(measurements: &[Measurement]) -> Option<Matrix3x4<f64>> {
-    let points: Vec<Vector3<f64>> = measurements.iter().filter_map(Measurement::position).collect();
+    let measurements: Vec<&PointMeasurement> = measurements.iter().filter_map(Measurement::as_point).collect();
+    let points: Vec<Vector3<f64>> = measurements.iter().filter_map(|m| m.position()).collect();
     if points.len() != measurements.len() || points.len() < 4 {
         return None;
     }

@@ -225,8 +225,9 @@ pub unsafe extern "C" fn ptzcal_calibration_copy_covariance(
 }
 
 /// Measured minus predicted pixel of every measurement, outliers included: n x 2 numbers, n = the
-/// summary's `measurements`, in the order of adding. Infinite for an outlier that lies behind the
-/// camera.
+/// summary's `measurements`, in the order of adding. Of a line they are the signed distances of its
+/// segment's two ends from the line's image, positive to the right of it as seen from the first end to
+/// the second. Infinite for an outlier that the camera cannot see (behind it).
 ///
 /// @param calibration The calibration.
 /// @param buffer      Receives the numbers; may be NULL when capacity is 0.

@@ -51,4 +51,5 @@ pub mod scan_options;
 pub mod shot;
 pub mod simulator;
 pub mod status;
+pub mod uncertainty;
 pub mod version;

@@ -1050,8 +1050,8 @@ ptzcal_status ptzcal_detect_spot_averaged(const ptzcal_image *const *on,
  * 2D-3D measurements
  *
  * What a camera is calibrated from: a growing set of measurements of one camera, in any mixture of
- * points whose position is known, points with covariances, and laser shots of a rig. Each function
- * that adds does it for all its measurements or for none. Indices count from 0 in the order of
+ * points whose position is known, points with covariances, laser shots of a rig, and straight lines.
+ * Each function that adds does it for all its measurements or for none. Indices count from 0 in the order of
  * adding, and the results of a calibration keep that order.
  * ============================================================================================= */
 
@@ -1161,6 +1161,66 @@ ptzcal_status ptzcal_correspondences_add_laser_shots(ptzcal_correspondences *set
                                                      const double *uv_covariance,
                                                      size_t n,
                                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds straight lines by two points of each in space, exact or with covariances. The ends of a segment
+ * are images of no particular points of its line: how long the segment is, and how far apart the two
+ * points, does not matter beyond their noise. A line is worth a point: two equations. Its residual in
+ * ptzcal_calibration_copy_residuals are the distances of its two ends from the line's image, which a
+ * distorting lens bends.
+ *
+ * @param set            The set.
+ * @param xyz            n x 6 numbers: two points of each line, metres, world frame.
+ * @param xyz_covariance n x 18 numbers: of the two points of each line, row-major, positive
+ *                       semi-definite, m^2; may be NULL: the lines are exact.
+ * @param uv             n x 4 numbers: the two ends of each line's segment in the image, pixels.
+ * @param uv_covariance  n x 6 numbers: xx, xy, yy of each end, positive definite, px^2; may be NULL:
+ *                       the calibration's pixel noise.
+ * @param n              Number of lines.
+ * @param error          Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE (index: the line, in this call);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for two points or two ends that are one, or a covariance
+ *         that is none; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_correspondences_add_lines(ptzcal_correspondences *set,
+                                               const double *xyz,
+                                               const double *xyz_covariance,
+                                               const double *uv,
+                                               const double *uv_covariance,
+                                               size_t n,
+                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds straight lines like ptzcal_correspondences_add_lines, each by a point and a direction, as a fit
+ * of a line to a cloud gives them.
+ *
+ * @param set             The set.
+ * @param point_direction n x 6 numbers: a point of each line, metres, world frame, and its direction,
+ *                        of any length but zero.
+ * @param line_covariance n x 36 numbers: of point and direction together, 6 x 6 row-major, positive
+ *                        semi-definite; may be NULL: the lines are exact.
+ * @param uv              n x 4 numbers: the two ends of each line's segment in the image, pixels.
+ * @param uv_covariance   n x 6 numbers: xx, xy, yy of each end, positive definite, px^2; may be NULL:
+ *                        the calibration's pixel noise.
+ * @param n               Number of lines.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE (index: the line, in this call);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a direction that is zero, two ends that are one, or a
+ *         covariance that is none; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_correspondences_add_directed_lines(ptzcal_correspondences *set,
+                                                        const double *point_direction,
+                                                        const double *line_covariance,
+                                                        const double *uv,
+                                                        const double *uv_covariance,
+                                                        size_t n,
+                                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
  * How many measurements there are.
@@ -1500,8 +1560,9 @@ ptzcal_status ptzcal_calibration_copy_covariance(const ptzcal_calibration *calib
 
 /**
  * Measured minus predicted pixel of every measurement, outliers included: n x 2 numbers, n = the
- * summary's `measurements`, in the order of adding. Infinite for an outlier that lies behind the
- * camera.
+ * summary's `measurements`, in the order of adding. Of a line they are the signed distances of its
+ * segment's two ends from the line's image, positive to the right of it as seen from the first end to
+ * the second. Infinite for an outlier that the camera cannot see (behind it).
  *
  * @param calibration The calibration.
  * @param buffer      Receives the numbers; may be NULL when capacity is 0.
@@ -1538,6 +1599,103 @@ ptzcal_status ptzcal_calibration_copy_inliers(const ptzcal_calibration *calibrat
                                               size_t capacity,
                                               size_t *needed,
                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Projection with uncertainty
+ *
+ * What the covariance of a calibration means for its use: pixels of points, viewing rays of pixels,
+ * and points on a plane under pixels (the floor under a click), each with its covariance, to first
+ * order. Each function takes n of them; outputs are written for all of them or for none.
+ * ============================================================================================= */
+
+/**
+ * The pixels of world points and their covariances.
+ *
+ * @param calibration    The calibration.
+ * @param xyz            n x 3 numbers: points, metres, world frame.
+ * @param xyz_covariance n x 9 numbers: of each point, row-major, positive semi-definite, m^2; may be
+ *                       NULL: the points are exact.
+ * @param n              Number of points.
+ * @param uv             Receives n x 2 numbers: pixels.
+ * @param uv_covariance  Receives n x 3 numbers: xx, xy, yy of each pixel, px^2; may be NULL. The
+ *                       camera's uncertainty and the point's; not the noise of a measured pixel.
+ * @param error          Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BEHIND_CAMERA, PTZCAL_STATUS_OUTSIDE_LENS,
+ *         PTZCAL_STATUS_NOT_FINITE (index: the point); PTZCAL_STATUS_INVALID_ARGUMENT for a
+ *         covariance that is none.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_project(const ptzcal_calibration *calibration,
+                                         const double *xyz,
+                                         const double *xyz_covariance,
+                                         size_t n,
+                                         double *uv,
+                                         double *uv_covariance,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The viewing rays of pixels, from the camera's centre (ptzcal_camera_centre), and their
+ * covariances.
+ *
+ * @param calibration    The calibration.
+ * @param uv             n x 2 numbers: pixels.
+ * @param uv_covariance  n x 3 numbers: xx, xy, yy of each pixel, positive semi-definite, px^2; may be
+ *                       NULL: the pixels are exact.
+ * @param n              Number of pixels.
+ * @param directions     Receives n x 3 numbers: unit vectors in the world frame.
+ * @param ray_covariance Receives n x 36 numbers: of the centre (metres) and the direction, in that
+ *                       order, 6 x 6 row-major; may be NULL. The centre is the same for all pixels:
+ *                       so is its part.
+ * @param error          Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_OUTSIDE_LENS (index: the first pixel that no ray reaches
+ *         through the lens model); PTZCAL_STATUS_NOT_FINITE (index: the pixel);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a covariance that is none.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_back_project(const ptzcal_calibration *calibration,
+                                              const double *uv,
+                                              const double *uv_covariance,
+                                              size_t n,
+                                              double *directions,
+                                              double *ray_covariance,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The points of a plane under pixels, and their covariances: where on the floor is what was clicked
+ * on?
+ *
+ * @param calibration    The calibration.
+ * @param uv             n x 2 numbers: pixels.
+ * @param uv_covariance  n x 3 numbers: xx, xy, yy of each pixel, positive semi-definite, px^2; may be
+ *                       NULL: the pixels are exact.
+ * @param n              Number of pixels.
+ * @param normal         3 numbers: the plane's normal in the world frame, of any length but zero.
+ * @param distance       The plane is normal . x = distance (metres, for a normal of unit length).
+ * @param xyz            Receives n x 3 numbers: points, metres, world frame.
+ * @param xyz_covariance Receives n x 9 numbers: of each point, row-major, m^2; may be NULL. The plane
+ *                       is exact: across it nothing varies.
+ * @param error          Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BEHIND_CAMERA (index: the first pixel whose ray does not
+ *         meet the plane in front of the camera); PTZCAL_STATUS_OUTSIDE_LENS (index: the first pixel
+ *         that no ray reaches through the lens model); PTZCAL_STATUS_NOT_FINITE (index: the pixel);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a normal or covariance that is none.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_back_project_to_plane(const ptzcal_calibration *calibration,
+                                                       const double *uv,
+                                                       const double *uv_covariance,
+                                                       size_t n,
+                                                       const double *normal,
+                                                       double distance,
+                                                       double *xyz,
+                                                       double *xyz_covariance,
+                                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
  * Views of boards

@@ -131,6 +131,12 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_correspondences_add_laser_shots": (
         _status, _handle, _model, _array, _array, _array, _array, _array, c_size_t, _error_out,
     ),
+    "ptzcal_correspondences_add_lines": (
+        _status, _handle, _array, _array, _array, _array, c_size_t, _error_out,
+    ),
+    "ptzcal_correspondences_add_directed_lines": (
+        _status, _handle, _array, _array, _array, _array, c_size_t, _error_out,
+    ),
     "ptzcal_correspondences_count": (_status, _handle, _size_out, _error_out),
     "ptzcal_calibration_options_new": (_status, _handle_out, _error_out),
     "ptzcal_calibration_options_free": (None, _handle),
@@ -184,6 +190,16 @@ PROTOTYPES: Dict[str, tuple] = {
     ),
     "ptzcal_laser_calibration_copy_inliers": (
         _status, _handle, _array, c_size_t, _size_out, _error_out,
+    ),
+    # What a calibration's covariance means.
+    "ptzcal_calibration_project": (
+        _status, _handle, _array, _array, c_size_t, _array, _array, _error_out,
+    ),
+    "ptzcal_calibration_back_project": (
+        _status, _handle, _array, _array, c_size_t, _array, _array, _error_out,
+    ),
+    "ptzcal_calibration_back_project_to_plane": (
+        _status, _handle, _array, _array, c_size_t, _array, c_double, _array, _array, _error_out,
     ),
     # Rig poses by roof edges.
     "ptzcal_roof_edges_new": (_status, _handle_out, _error_out),

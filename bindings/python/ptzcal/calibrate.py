@@ -16,7 +16,9 @@ from ._arrays import (
     pixel_covariances,
     point_covariances,
     rows,
+    shaped,
     unsigned,
+    vector,
 )
 from ._native import Handle, call, lib
 from .camera import Camera, DistortionModel
@@ -103,6 +105,47 @@ class Correspondences(Handle):
             n,
         )
 
+    def add_lines(
+        self,
+        xyz: Any,
+        uv: Any,
+        *,
+        directed: bool = False,
+        covariance: Any = None,
+        uv_covariance: Any = None,
+    ) -> None:
+        """Adds straight lines, seen as segments with the ends uv (n, 2, 2), pixels.
+
+        xyz (n, 2, 3): two points of each line, metres, or, with directed, a point and a direction.
+        The ends are images of no particular points of the line. covariance: (n, 2, 3, 3) of the two
+        points, or, with directed, (n, 6, 6) of point and direction; exact lines without.
+        uv_covariance: (n, 2, 2, 2) of the ends, or one (2, 2), px^2; the calibration's pixel noise
+        without.
+        """
+        xyz = shaped(xyz, None, (2, 3), "xyz")
+        n = len(xyz)
+        uv = shaped(uv, n, (2, 2), "uv")
+        if covariance is not None:
+            shape = (6, 6) if directed else (2, 3, 3)
+            covariance = shaped(covariance, n, shape, "covariance")
+        if uv_covariance is not None and np.shape(uv_covariance) != (2, 2):
+            uv_covariance = shaped(uv_covariance, n, (2, 2, 2), "uv_covariance").reshape(-1, 2, 2)
+        of_uv = pixel_covariances(uv_covariance, 2 * n, "uv_covariance")
+        add = (
+            lib.ptzcal_correspondences_add_directed_lines
+            if directed
+            else lib.ptzcal_correspondences_add_lines
+        )
+        call(
+            add,
+            self._pointer,
+            address_of(xyz),
+            address_of_optional(covariance),
+            address_of(uv),
+            address_of_optional(of_uv),
+            n,
+        )
+
     def add_scan(self, scan: Scan, camera: int = 0) -> None:
         """Adds what the head camera and a fixed camera, by its number, saw together in a scan."""
         number = unsigned(camera, "camera")
@@ -163,7 +206,11 @@ class Calibration(Handle):
 
     @cached_property
     def residuals(self) -> np.ndarray:
-        """Measured minus predicted pixel of every measurement, (n, 2), outliers included."""
+        """Measured minus predicted pixel of every measurement, (n, 2), outliers included.
+
+        Of a line: signed distances of its segment's two ends from the line's image, positive to the
+        right of it as seen from the first end to the second.
+        """
         return self._copied("residuals", np.empty((self.measurements, 2)))
 
     @cached_property
@@ -204,6 +251,75 @@ class Calibration(Handle):
     def condition(self) -> float:
         """Condition number of the normal equations, scaled to unit diagonal."""
         return self._summary.condition
+
+    def project(self, xyz: Any, *, xyz_covariance: Any = None) -> Tuple[np.ndarray, np.ndarray]:
+        """World points (n, 3), metres, to pixels (n, 2) and their covariances (n, 2, 2), px^2.
+
+        The covariance holds the camera's uncertainty and the points' own, (n, 3, 3) or (3, 3), m^2.
+        Raises Error BEHIND_CAMERA or OUTSIDE_LENS with the index of the first such point.
+        """
+        xyz = rows(xyz, 3, "xyz")
+        n = len(xyz)
+        of_xyz = point_covariances(xyz_covariance, n, "xyz_covariance")
+        uv, of_uv = np.empty((n, 2)), np.empty((n, 3))
+        call(
+            lib.ptzcal_calibration_project,
+            self._pointer,
+            address_of(xyz),
+            address_of_optional(of_xyz),
+            n,
+            address_of(uv),
+            address_of(of_uv),
+        )
+        return uv, of_uv[:, [0, 1, 1, 2]].reshape(n, 2, 2)
+
+    def back_project(self, uv: Any, *, uv_covariance: Any = None) -> Tuple[np.ndarray, np.ndarray]:
+        """Pixels (n, 2) to unit directions (n, 3) in the world, and the covariances (n, 6, 6) of the
+        rays: of the camera's centre, metres, and the direction, in that order.
+
+        uv_covariance: (n, 3): xx, xy, yy, or (n, 2, 2), or (2, 2), px^2; exact pixels without.
+        Raises Error OUTSIDE_LENS with the index.
+        """
+        uv = rows(uv, 2, "uv")
+        n = len(uv)
+        of_uv = pixel_covariances(uv_covariance, n, "uv_covariance")
+        directions, of_rays = np.empty((n, 3)), np.empty((n, 6, 6))
+        call(
+            lib.ptzcal_calibration_back_project,
+            self._pointer,
+            address_of(uv),
+            address_of_optional(of_uv),
+            n,
+            address_of(directions),
+            address_of(of_rays),
+        )
+        return directions, of_rays
+
+    def back_project_to_plane(
+        self, uv: Any, normal: Any, distance: float, *, uv_covariance: Any = None
+    ) -> Tuple[np.ndarray, np.ndarray]:
+        """Points (n, 3), metres, of the plane normal . x = distance under pixels uv (n, 2), and
+        their covariances (n, 3, 3), m^2. The plane is exact.
+
+        uv_covariance as in back_project. Raises Error BEHIND_CAMERA with the index of the first
+        pixel whose ray does not meet the plane, or OUTSIDE_LENS.
+        """
+        uv, normal = rows(uv, 2, "uv"), vector(normal, 3, "normal")
+        n = len(uv)
+        of_uv = pixel_covariances(uv_covariance, n, "uv_covariance")
+        xyz, of_xyz = np.empty((n, 3)), np.empty((n, 3, 3))
+        call(
+            lib.ptzcal_calibration_back_project_to_plane,
+            self._pointer,
+            address_of(uv),
+            address_of_optional(of_uv),
+            n,
+            address_of(normal),
+            distance,
+            address_of(xyz),
+            address_of(of_xyz),
+        )
+        return xyz, of_xyz
 
     def save(self, path: _native.Path) -> None:
         """Writes everything as JSON, to the last bit; Camera.load reads the camera of it."""
