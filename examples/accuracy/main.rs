@@ -2,6 +2,9 @@
 //! writes target/accuracy.json. `accuracy quick` takes a tenth of the runs, `accuracy joint` (or
 //! another part's name) runs that part alone.
 
+#[path = "../../tests/support/boards.rs"]
+mod board;
+mod boards;
 mod bounds;
 #[path = "../../tests/support/data.rs"]
 mod data;
@@ -54,6 +57,9 @@ fn main() -> std::io::Result<()> {
     }
     if wanted("simulated") {
         simulated::run(scale(400), &mut report);
+    }
+    if wanted("boards") {
+        boards::run(scale(400), &mut report);
     }
     if wanted("outliers") {
         outliers::run(scale(1000), &mut report);

@@ -29,7 +29,7 @@ impl Unknown {
     }
 
     /// The derivative by this unknown, from those by all parameters.
-    pub fn derivative<T: Copy + std::ops::Add<Output = T>>(&self, by_parameter: &[T; ALL]) -> T {
+    pub fn derivative<T: Copy + std::ops::Add<Output = T>>(&self, by_parameter: &[T]) -> T {
         let own = by_parameter[self.parameter];
         self.tied.map_or(own, |tied| own + by_parameter[tied])
     }

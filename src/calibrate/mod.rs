@@ -1,5 +1,6 @@
 //! Calibration of a fixed camera from 2D-3D sets.
 
+pub mod boards;
 mod closed_form;
 mod consensus;
 pub mod correspondences;
@@ -8,6 +9,7 @@ pub mod division_camera;
 pub mod division_eigenproblem;
 pub mod dlt;
 pub(crate) mod freedom;
+pub mod laser_line;
 mod lens_fit;
 pub mod line;
 mod line_measurement;
@@ -20,7 +22,9 @@ mod stand_ins;
 mod start;
 pub mod uncertainty;
 
+pub use boards::{BoardCalibration, BoardCorner, Boards, calibrate_from_boards};
 pub use correspondences::{Correspondences, Observation};
+pub use laser_line::{LaserCalibration, calibrate_laser_line};
 pub use line::ObservedLine;
 pub use solve::calibrate_camera;
 pub use uncertainty::{UncertainPixel, UncertainPoint, UncertainRay};

@@ -13,12 +13,12 @@ use crate::error::{Degeneracy, Error, Result};
 use crate::geometry::{Camera, Intrinsics};
 
 /// Squared Mahalanobis distance beyond which a point is an outlier: a chance of 1 in 1000.
-const OUTLIER: f64 = 13.8;
+pub(super) const OUTLIER: f64 = 13.8;
 /// Residuals above this part of the image's diagonal mean that nothing was calibrated.
-const MAX_RMS: f64 = 0.02;
+pub(super) const MAX_RMS: f64 = 0.02;
 /// Noise when nobody said: only its ratio to the estimate matters.
-const ASSUMED_SIGMA: f64 = 1.0;
-const MAX_ROUNDS: usize = 20;
+pub(super) const ASSUMED_SIGMA: f64 = 1.0;
+pub(super) const MAX_ROUNDS: usize = 20;
 
 /// Calibrates one camera from its 2D-3D set: closed form by consensus, then maximum likelihood.
 ///
@@ -84,7 +84,7 @@ fn is_geometry(e: &Error) -> bool {
 }
 
 /// Could this be a camera at all? Far outside it a better start is looked for.
-fn plausible(camera: &Camera) -> bool {
+pub(super) fn plausible(camera: &Camera) -> bool {
     let k = &camera.intrinsics;
     let (w, h) = (camera.width as f64, camera.height as f64);
     let ratio = k.fx / k.fy;
@@ -98,7 +98,7 @@ fn better(a: &Fitted, b: &Fitted) -> bool {
     (plausible(&a.refined.camera), a.count()) > (plausible(&b.refined.camera), b.count())
 }
 
-fn validate(options: &CalibrationOptions) -> Result<()> {
+pub(super) fn validate(options: &CalibrationOptions) -> Result<()> {
     let sigma = |name, value: f64| {
         if value.is_nan() || value < 0.0 {
             Err(Error::invalid(name, format!("{value} is no standard deviation")))
@@ -313,7 +313,7 @@ impl Fitter<'_> {
 }
 
 /// Ratio of observed to stated noise that chance exceeds once in 1000 (normal approximation).
-fn significant(freedom: usize) -> f64 {
+pub(super) fn significant(freedom: usize) -> f64 {
     1.0 + 3.1 / (2.0 * freedom.max(1) as f64).sqrt()
 }
 

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 26] = [
+const TOPICS: [&str; 28] = [
     "version",
     "status",
     "error",
@@ -25,6 +25,8 @@ const TOPICS: [&str; 26] = [
     "calibrate",
     "uncertainty",
     "linear_methods",
+    "boards",
+    "laser_line",
     "roof_edges",
     "pose",
     "devices",
