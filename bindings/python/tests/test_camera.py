@@ -124,7 +124,7 @@ class Cameras(TestCase):
         with self.assertRaises(ValueError):
             dataclasses.replace(camera(), distortion=np.ones(9))
         with self.assertRaisesRegex(ValueError, "brown_conrady"):
-            dataclasses.replace(camera(), distortion_model="fisheye")
+            dataclasses.replace(camera(), distortion_model="spherical")
 
     def test_immutable(self):
         c = camera()
