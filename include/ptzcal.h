@@ -1466,6 +1466,17 @@ typedef struct ptzcal_calibration_summary {
   double noise_factor;
   /** Condition number of the normal equations, scaled to unit diagonal; 1 is perfect. */
   double condition;
+  /** Sum of squared residuals, each over its stated standard deviation, priors included. */
+  double chi2;
+  /** Its degrees of freedom. */
+  uint64_t degrees_of_freedom;
+  /**
+   * Chance of such residuals or larger ones when model and stated noise are right. Below 0.001 the
+   * model does not fit. Means nothing where the noise was estimated from the residuals.
+   */
+  double probability;
+  /** How many warnings there are: see ptzcal_calibration_warning. */
+  uint64_t warnings;
 } ptzcal_calibration_summary;
 
 /**
@@ -1607,6 +1618,41 @@ ptzcal_status ptzcal_calibration_copy_inliers(const ptzcal_calibration *calibrat
                                               size_t capacity,
                                               size_t *needed,
                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Calibrating a camera: does it fit?
+ *
+ * A chi-square test of the residuals (`probability` of the summary), a score test of what was kept
+ * fixed, and what the data determine worst, in words for a person.
+ * ============================================================================================= */
+
+/**
+ * What a person should know of the calibration, one line of English UTF-8: residuals beyond the stated
+ * noise, a lens or skew that was kept fixed and should not be. The wording may change in any version;
+ * decide by the number of warnings and by the summary's `probability`.
+ *
+ * @param calibration The calibration; may be NULL.
+ * @param index       From 0 to the summary's `warnings` less 1.
+ * @return A string that lives as long as the calibration; "" when there is no such warning; never
+ *         NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_calibration_warning(const ptzcal_calibration *calibration,
+                                       size_t index) PTZCAL_NOEXCEPT;
+
+/**
+ * What the data determine worst, and what to add, one line of English UTF-8, such as "weakest: camera
+ * focal length against camera position: add shots much nearer or farther".
+ *
+ * @param calibration The calibration; may be NULL.
+ * @return A string that lives as long as the calibration; "" for NULL; never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_calibration_weakest(const ptzcal_calibration *calibration) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
  * Projection with uncertainty

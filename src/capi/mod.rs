@@ -29,6 +29,7 @@ mod sized;
 pub mod args;
 pub mod boards;
 pub mod calibrate;
+pub mod calibration_check;
 pub mod calibration_options;
 pub mod camera;
 pub mod cancel;

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 28] = [
+const TOPICS: [&str; 29] = [
     "version",
     "status",
     "error",
@@ -23,6 +23,7 @@ const TOPICS: [&str; 28] = [
     "correspondences",
     "calibration_options",
     "calibrate",
+    "calibration_check",
     "uncertainty",
     "linear_methods",
     "boards",

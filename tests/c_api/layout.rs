@@ -44,7 +44,7 @@ fn rust() -> String {
         pan_zero pan_scale tilt_zero tilt_scale);
     layout!(out, ptzcal_spot: struct_size saturated x y covariance peak signal_to_noise area);
     layout!(out, ptzcal_calibration_summary: struct_size iterations measurements inliers parameters
-        rms noise_factor condition);
+        rms noise_factor condition chi2 degrees_of_freedom probability warnings);
     layout!(out, ptzcal_board_view: struct_size used corners inliers rms rotation translation covariance);
     layout!(out, ptzcal_laser_line: struct_size spots x0 y0 vx vy rms covariance);
     layout!(out, ptzcal_pose: struct_size reserved rotation translation rotation_angle residual_rms

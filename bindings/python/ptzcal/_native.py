@@ -179,6 +179,8 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_board_calibration_get_view": (_status, _handle, c_uint32, _board_view, _error_out),
     "ptzcal_board_calibration_get_bending": (_status, _handle, _array, _error_out),
     "ptzcal_board_calibration_advice": (c_char_p, _handle),
+    "ptzcal_calibration_warning": (c_char_p, _handle, c_size_t),
+    "ptzcal_calibration_weakest": (c_char_p, _handle),
     "ptzcal_calibrate_laser_line": (
         _status, _handle, _handle, _handle, _handle_out, _error_out,
     ),

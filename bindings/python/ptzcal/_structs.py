@@ -128,6 +128,10 @@ class ptzcal_calibration_summary(Structure):
         ("rms", c_double),
         ("noise_factor", c_double),
         ("condition", c_double),
+        ("chi2", c_double),
+        ("degrees_of_freedom", c_uint64),
+        ("probability", c_double),
+        ("warnings", c_uint64),
     ]
 
 
