@@ -13,7 +13,7 @@ use crate::geometry::{Camera, InverseDepthPoint};
 #[derive(Debug, Clone)]
 pub(crate) enum Measurement {
     Point(PointMeasurement),
-    Line(Box<LineMeasurement>),
+    Line(LineMeasurement),
 }
 
 impl Measurement {
@@ -28,7 +28,7 @@ impl Measurement {
                 assumed_noise: pixel_covariance.is_none() && sigma_is_assumed,
                 ..PointMeasurement::point(world, world_covariance.as_ref(), *pixel)
             }),
-            Observation::Line(line) => Self::Line(Box::new(LineMeasurement::new(line, pixel_sigma, sigma_is_assumed))),
+            Observation::Line(line) => Self::Line(LineMeasurement::new(line, pixel_sigma, sigma_is_assumed)),
         }
     }
 
