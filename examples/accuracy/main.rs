@@ -2,6 +2,9 @@
 //! writes target/accuracy.json. `accuracy quick` takes a tenth of the runs, `accuracy joint` (or
 //! another part's name) runs that part alone.
 
+#[path = "../../tests/support/boards.rs"]
+mod board;
+mod boards;
 mod bounds;
 #[path = "../../tests/support/data.rs"]
 mod data;
@@ -11,7 +14,10 @@ mod end_to_end;
 mod figure;
 mod groups;
 mod joint;
+mod lens;
 mod lines;
+#[path = "../../tests/support/meva.rs"]
+mod meva;
 mod outliers;
 mod real;
 mod simulated;
@@ -52,11 +58,17 @@ fn main() -> std::io::Result<()> {
     if wanted("simulated") {
         simulated::run(scale(400), &mut report);
     }
+    if wanted("boards") {
+        boards::run(scale(400), &mut report);
+    }
     if wanted("outliers") {
         outliers::run(scale(1000), &mut report);
     }
     if wanted("lines") {
         lines::run(scale(500), &mut report);
+    }
+    if wanted("lens") {
+        lens::run(scale(400), &mut report);
     }
     if wanted("end_to_end") {
         end_to_end::run(&mut report);

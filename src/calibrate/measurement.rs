@@ -10,6 +10,8 @@ use crate::geometry::linalg::symmetric_eigen3;
 use crate::geometry::{Camera, InverseDepthPoint};
 
 /// One observation: a residual of two numbers with its covariance under every camera.
+// Points are the rule and come in hundred thousands: an allocation each would cost more than the size.
+#[expect(clippy::large_enum_variant)]
 #[derive(Debug, Clone)]
 pub(crate) enum Measurement {
     Point(PointMeasurement),
@@ -210,7 +212,8 @@ impl PointMeasurement {
     }
 }
 
-fn squared_distance(r: &Vector2<f64>, c: &Matrix2<f64>) -> f64 {
+/// r^T C^-1 r.
+pub(crate) fn squared_distance(r: &Vector2<f64>, c: &Matrix2<f64>) -> f64 {
     let d = (c.m22 * r.x * r.x - 2.0 * c.m12 * r.x * r.y + c.m11 * r.y * r.y) / c.determinant();
     if d.is_finite() { d } else { f64::INFINITY }
 }

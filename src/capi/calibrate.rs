@@ -192,7 +192,7 @@ pub unsafe extern "C" fn ptzcal_calibration_get_summary(
 /// The covariance of all parameters: p x p numbers, row-major, symmetric, p = the summary's
 /// `parameters`. Their order:
 ///   0 fx, 1 fy, 2 skew, 3 cx, 4 cy (pixels),
-///   5 ... the coefficients of the camera's lens model, in its order (0, 1 or 5 of them),
+///   5 ... the coefficients of the camera's lens model, in its order (0, 1, 4 or 5 of them),
 ///   then 3 for the rotation: w in R <- exp([w]x) R, a turn about the camera's own axes (radians),
 ///   then 3 for the camera's centre in the world (metres).
 /// Rows and columns of parameters that were not free are 0.

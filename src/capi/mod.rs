@@ -27,6 +27,7 @@ mod handle;
 mod sized;
 
 pub mod args;
+pub mod boards;
 pub mod calibrate;
 pub mod calibration_options;
 pub mod camera;
@@ -37,6 +38,8 @@ pub mod devices;
 pub mod error;
 pub mod file;
 pub mod image;
+pub mod laser_line;
+pub mod linear_methods;
 pub mod log;
 pub mod pose;
 pub mod progress;

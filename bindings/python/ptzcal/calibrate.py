@@ -30,6 +30,7 @@ _COEFFICIENTS: Dict[int, Tuple[str, ...]] = {
     DistortionModel.NONE: (),
     DistortionModel.BROWN_CONRADY: ("k1", "k2", "p1", "p2", "k3"),
     DistortionModel.DIVISION: ("lambda",),
+    DistortionModel.FISHEYE: ("k1", "k2", "k3", "k4"),
 }
 
 
@@ -165,8 +166,18 @@ class Calibration(Handle):
     def __init__(self, correspondences: Correspondences, options: Optional["_Options"]) -> None:
         chosen = None if options is None else options._pointer
         self._make(lib.ptzcal_calibrate_camera, correspondences._pointer, chosen)
-        self._summary = _native.initial(_structs.ptzcal_calibration_summary)
-        call(lib.ptzcal_calibration_get_summary, self._pointer, byref(self._summary))
+
+    @classmethod
+    def _made(cls, function: Any, *arguments: Any) -> "Calibration":
+        calibration = cls.__new__(cls)
+        calibration._make(function, *arguments)
+        return calibration
+
+    @cached_property
+    def _summary(self) -> _structs.ptzcal_calibration_summary:
+        summary = _native.initial(_structs.ptzcal_calibration_summary)
+        call(lib.ptzcal_calibration_get_summary, self._pointer, byref(summary))
+        return summary
 
     @cached_property
     def camera(self) -> Camera:
@@ -358,6 +369,35 @@ def calibrate_camera(
     Raises Error TOO_FEW_POINTS, DEGENERATE (the hint says what to add), NO_CONSENSUS,
     NO_CONVERGENCE or LENS_NOT_MONOTONE; Cancelled.
     """
+    options = chosen_options(
+        distortion=distortion,
+        lens=lens,
+        skew_sigma=skew_sigma,
+        aspect_sigma=aspect_sigma,
+        pixel_sigma=pixel_sigma,
+        robust=robust,
+        seed=seed,
+        max_focal_deviation=max_focal_deviation,
+        max_iterations=max_iterations,
+        cancel=cancel,
+    )
+    return Calibration(correspondences, options)
+
+
+def chosen_options(
+    *,
+    distortion: Union[DistortionModel, str, int, None] = None,
+    lens: Optional[Camera] = None,
+    skew_sigma: Optional[float] = None,
+    aspect_sigma: Optional[float] = None,
+    pixel_sigma: Optional[float] = None,
+    robust: Optional[bool] = None,
+    seed: Optional[int] = None,
+    max_focal_deviation: Optional[float] = None,
+    max_iterations: Optional[int] = None,
+    cancel: Optional[Cancel] = None,
+) -> Optional[_Options]:
+    """The options of calibrate_camera; None when all keep their defaults."""
     settings = {
         "distortion": None
         if distortion is None
@@ -375,4 +415,32 @@ def calibrate_camera(
         "cancel": pointer_of(cancel),
     }
     given = any(value is not None for value in settings.values())
-    return Calibration(correspondences, _Options(settings) if given else None)
+    return _Options(settings) if given else None
+
+
+def radial_alignment(correspondences: Correspondences, centre: Any = None) -> Camera:
+    """Radial alignment (Tsai 1987) with the division model: a camera in two linear steps.
+
+    Takes every measurement as it is. centre: (2,), the centre of distortion, pixels (the image's
+    centre). The camera's lambda is in units of its normalised plane: over fx fy in pixels^-2.
+
+    Raises Error TOO_FEW_POINTS (below 7) or DEGENERATE.
+    """
+    return _linear(lib.ptzcal_radial_alignment, correspondences, centre)
+
+
+def division_eigenproblem(correspondences: Correspondences, centre: Any = None) -> Camera:
+    """The direct linear transform with the division model as a generalised eigenproblem
+    (Fitzgibbon 2001): the weaker method, meaningless without distortion. As radial_alignment.
+
+    Raises Error TOO_FEW_POINTS (below 6), DEGENERATE (what was wrong with the eigenvalues) or
+    NO_CONVERGENCE.
+    """
+    return _linear(lib.ptzcal_division_eigenproblem, correspondences, centre)
+
+
+def _linear(function: Any, correspondences: Correspondences, centre: Any) -> Camera:
+    given = None if centre is None else rows([centre], 2, "centre")
+    struct = _native.initial(_structs.ptzcal_camera)
+    call(function, correspondences._pointer, address_of_optional(given), byref(struct))
+    return Camera._from_struct(struct)

@@ -1,3 +1,4 @@
+import dataclasses
 import json
 import tempfile
 import threading
@@ -71,7 +72,7 @@ class Points(TestCase):
 
     def test_lenses(self):
         truth = camera(LENS)
-        names = {"radial1": 16, "radial2": 16, "brown_conrady": 16, "division": 12}
+        names = {"radial1": 16, "radial2": 16, "brown_conrady": 16, "division": 12, "fisheye": 15}
         for model, parameters in names.items():
             with self.subTest(model):
                 result = ptzcal.calibrate_camera(measured(truth, 800), distortion=model)
@@ -81,6 +82,26 @@ class Points(TestCase):
         self.assertIs_within(result, truth)
         k1, sigma = result.camera.distortion[0], result.standard_deviations[5]
         self.assertLess(abs(k1 - LENS[0]), 5 * sigma)
+
+    def test_linear_methods(self):
+        lens = dict(distortion_model="division", distortion=[-0.2])
+        truth = dataclasses.replace(camera(), **lens)
+        xyz, _ = visible(camera(), 400)
+        uv = truth.project(xyz) + np.random.default_rng(3).normal(0, 0.2, (400, 2))
+        measurements = ptzcal.Correspondences(*truth.size)
+        measurements.add_points(xyz, uv)
+        for method, within in ((ptzcal.radial_alignment, 0.01), (ptzcal.division_eigenproblem, 0.05)):
+            with self.subTest(method.__name__):
+                found = method(measurements, (truth.cx, truth.cy))
+                self.assertIs(found.distortion_model, ptzcal.DistortionModel.DIVISION)
+                self.assertLess(abs(found.distortion[0] + 0.2), within)
+                self.assertClose(found.centre, truth.centre, atol=0.05)
+                self.assertEqual(method(measurements).size, truth.size)
+                with self.assertRaises(ptzcal.Error) as caught:
+                    method(ptzcal.Correspondences(800, 600))
+                self.assertIs(caught.exception.status, ptzcal.Status.TOO_FEW_POINTS)
+                with self.assertRaises(ValueError):
+                    method(measurements, (1.0, 2.0, 3.0))
 
     def test_known_lens(self):
         truth = camera(LENS)
