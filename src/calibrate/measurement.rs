@@ -10,8 +10,6 @@ use crate::geometry::linalg::symmetric_eigen3;
 use crate::geometry::{Camera, InverseDepthPoint};
 
 /// One observation: a residual of two numbers with its covariance under every camera.
-// Points are the rule and come in hundred thousands: an allocation each would cost more than the size.
-#[expect(clippy::large_enum_variant)]
 #[derive(Debug, Clone)]
 pub(crate) enum Measurement {
     Point(PointMeasurement),
