@@ -15,11 +15,12 @@ fn floor() -> Plane {
     Plane::new(Vector3::y(), 1.2).unwrap()
 }
 
-fn lenses() -> [(Distortion, DistortionModel); 3] {
+fn lenses() -> [(Distortion, DistortionModel); 4] {
     [
         (Distortion::None, DistortionModel::None),
         (Distortion::BrownConrady([-0.28, 0.09, 0.001, -0.0005, 0.01]), DistortionModel::BrownConrady),
         (Distortion::Division(-0.22), DistortionModel::Division),
+        (Distortion::Fisheye([-0.05, 0.01, 0.0, 0.0]), DistortionModel::Fisheye),
     ]
 }
 
