@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use super::adjusted::Solution;
 use super::layout::{CameraColumns, Group, Layout, State};
 use super::linearise::Problem;
-use crate::calibrate::freedom::{Freedom, Unknown};
+use crate::calibrate::freedom::{Freedom, Row, Unknown};
 use crate::geometry::chi_square::upper_tail;
 use crate::geometry::{Distortion, RIG_PARAMETERS};
 
@@ -82,7 +82,9 @@ pub(super) fn check(problem: &Problem<'_>, solution: &Solution, data_chi2: f64) 
             ));
         }
     }
-    rows += layout.cameras.iter().map(|c| c.freedom.priors.len()).sum::<usize>();
+    // A prior of infinite width is no measurement.
+    let says = |prior: &&Row| prior.iter().any(|v| *v != 0.0);
+    rows += layout.cameras.iter().map(|c| c.freedom.priors.iter().filter(says).count()).sum::<usize>();
     let freedom = rows.saturating_sub(unknowns);
     let probability = upper_tail(chi2, freedom as f64);
     let suspects = suspects(problem, solution);
