@@ -139,7 +139,8 @@ static void points_are_found(const ptzcal_adjusted *adjusted)
   CHECK_OK(ptzcal_adjusted_measure(adjusted, 1, pan_tilt, spots, noise, 2, xyz, c, NULL));
   for (i = 0; i < 2; i++)
     for (k = 0; k < 3; k++) CHECK_NEAR(xyz[3 * i + k], point[i][k], 4.5 * sqrt(c[9 * i + 4 * k]));
-  CHECK(sqrt(c[8]) < 0.02 && c[1] == c[3]);
+  CHECK(sqrt(c[8]) < 0.05);
+  CHECK_NEAR(c[1], c[3], 1e-12 * c[8]);
   CHECK_OK(ptzcal_adjusted_measure(adjusted, 1, pan_tilt, spots, NULL, 2, xyz, NULL, NULL));
   taint(xyz, sizeof xyz);
   CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT,
@@ -433,7 +434,7 @@ static void surveys_that_cannot_tell(void)
   ptzcal_cancel *cancel;
   double sigmas[RIG] = {0};
   uint32_t index;
-  REFUSED(PTZCAL_STATUS_TOO_FEW_POINTS, "camera 0", ptzcal_adjustment_solve(survey, NULL, NULL, &result, &why));
+  REFUSED(PTZCAL_STATUS_TOO_FEW_POINTS, "0 usable", ptzcal_adjustment_solve(survey, NULL, NULL, &result, &why));
   CHECK(result == NULL);
   ptzcal_adjustment_free(survey);
 
@@ -599,7 +600,7 @@ static void a_scan(void)
   CHECK(first == 7);
   CHECK_OK(SCAN(0, 2));
   CHECK(first == 0);
-  /* Camera 1 stays without a spot: it is refused by its number, so leave it to a prior that fixes it. */
+  /* Camera 1 saw nothing. */
   REFUSED(PTZCAL_STATUS_TOO_FEW_POINTS, "camera 1", ptzcal_adjustment_solve(survey, NULL, NULL, &adjusted, &why));
   ptzcal_adjustment_free(survey);
 

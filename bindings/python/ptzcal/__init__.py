@@ -5,6 +5,7 @@ image positions pixels; pixel (0, 0) is the centre of the top-left pixel. Calls 
 """
 
 from ._native import abi_version, version
+from .adjust import Adjusted, Adjustment, RigParameter, Suspect
 from .calibrate import Calibration, Correspondences, calibrate_camera
 from .camera import Camera, DistortionModel
 from .cancel import Cancel
@@ -20,6 +21,8 @@ from .simulator import HEAD_CAMERA, Frame, Motion, Simulator
 __version__ = version()
 
 __all__ = [
+    "Adjusted",
+    "Adjustment",
     "Calibration",
     "Camera",
     "Cancel",
@@ -43,6 +46,7 @@ __all__ = [
     "Region",
     "Rig",
     "RigModel",
+    "RigParameter",
     "RoofEdges",
     "Scan",
     "Settle",
@@ -53,6 +57,7 @@ __all__ = [
     "SpotNotFound",
     "SpotOptions",
     "Status",
+    "Suspect",
     "abi_version",
     "calibrate_camera",
     "detect_spot",

@@ -119,9 +119,20 @@ class Calibration(Handle):
 
     _free = "ptzcal_calibration_free"
 
-    def __init__(self, correspondences: Correspondences, options: Optional["_Options"]) -> None:
+    def __init__(self, correspondences: Correspondences, options: Optional["Options"]) -> None:
         chosen = None if options is None else options._pointer
         self._make(lib.ptzcal_calibrate_camera, correspondences._pointer, chosen)
+        self._read()
+
+    @classmethod
+    def _made_by(cls, function: Any, *arguments: Any) -> "Calibration":
+        """Takes over a calibration that another function makes."""
+        self = cls.__new__(cls)
+        self._make(function, *arguments)
+        self._read()
+        return self
+
+    def _read(self) -> None:
         self._summary = _native.initial(_structs.ptzcal_calibration_summary)
         call(lib.ptzcal_calibration_get_summary, self._pointer, byref(self._summary))
 
@@ -206,7 +217,9 @@ class Calibration(Handle):
         )
 
 
-class _Options(Handle):
+class Options(Handle):
+    """Settings; what is None keeps the library's default."""
+
     _free = "ptzcal_calibration_options_free"
 
     def __init__(self, settings: dict) -> None:
@@ -215,6 +228,23 @@ class _Options(Handle):
             if value is not None:
                 setter = getattr(lib, f"ptzcal_calibration_options_set_{setting}")
                 call(setter, self._pointer, value)
+
+
+def lens_settings(
+    distortion: Union[DistortionModel, str, int, None],
+    lens: Optional[Camera],
+    skew_sigma: Optional[float],
+    aspect_sigma: Optional[float],
+) -> Dict[str, Any]:
+    """The settings that say what is known of a lens, for Options."""
+    return {
+        "distortion": None
+        if distortion is None
+        else member(DistortionModel, distortion, "distortion"),
+        "lens": None if lens is None else byref(lens._struct),
+        "skew_sigma": skew_sigma,
+        "aspect_sigma": aspect_sigma,
+    }
 
 
 def calibrate_camera(
@@ -243,12 +273,7 @@ def calibrate_camera(
     NO_CONVERGENCE or LENS_NOT_MONOTONE; Cancelled.
     """
     settings = {
-        "distortion": None
-        if distortion is None
-        else member(DistortionModel, distortion, "distortion"),
-        "lens": None if lens is None else byref(lens._struct),
-        "skew_sigma": skew_sigma,
-        "aspect_sigma": aspect_sigma,
+        **lens_settings(distortion, lens, skew_sigma, aspect_sigma),
         "pixel_sigma": pixel_sigma,
         "robust": None if robust is None else bool(robust),
         "seed": None if seed is None else unsigned(seed, "seed", 64),
@@ -259,4 +284,4 @@ def calibrate_camera(
         "cancel": pointer_of(cancel),
     }
     given = any(value is not None for value in settings.values())
-    return Calibration(correspondences, _Options(settings) if given else None)
+    return Calibration(correspondences, Options(settings) if given else None)
