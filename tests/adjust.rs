@@ -268,6 +268,17 @@ fn a_prior_that_the_data_contradict_is_named() {
     assert!(a.check.warnings.iter().any(|w| w.contains("the prior of the rig contradicts the data")), "{:?}", a.check);
 }
 
+/// Of one station with its axes through the head, a longer baseline and a larger world look the same:
+/// the other directions of the laser line are tested all the same.
+#[test]
+fn a_wrong_laser_is_named_though_the_scale_is_open() {
+    let mut believed = rig();
+    believed.laser.vx += 0.003;
+    let a = solve(&single(believed, &rig(), &near(), 400, &Noisy::new(0.2, 5)));
+    let laser = a.check.suspects.iter().find(|s| s.group == "the laser line").expect("the laser line is suspected");
+    assert!(laser.parameters == 3 && laser.gain > 30.0, "{laser:?}");
+}
+
 #[test]
 fn an_earlier_calibration_is_a_prior() {
     let first = solve(&single(rig(), &rig(), &far(), 500, &Noisy::new(0.3, 6)));
@@ -343,6 +354,8 @@ fn bad_input_is_refused_by_name() {
     assert_eq!((e.status(), e.index()), (Status::TooFewPoints, Some(1)), "{e}");
     let few = single(rig(), &rig(), &near(), 4, &Noisy::new(0.3, 9));
     assert_eq!((status(&few).status(), status(&few).index()), (Status::TooFewPoints, Some(0)));
+    let two = survey(rig(), &rig(), &[Rigid::identity()], &[near(), far()], 4, &Noisy::new(0.3, 9));
+    assert_eq!((status(&two).status(), status(&two).index()), (Status::TooFewPoints, Some(0)), "the first is named");
     // A station that shares nothing.
     let mut input = good.clone();
     input.add_station(Station::unknown()).unwrap();

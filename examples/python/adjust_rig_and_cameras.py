@@ -11,11 +11,14 @@ import numpy as np
 
 import ptzcal
 
-ENCODER_STEP = np.radians(0.01)  # of the simulated head, and its repeatability
-KNOWN = dict(
-    laser_x0=1e-4, laser_y0=1e-4, laser_vx=4e-5, laser_vy=4e-5,
-    axis_tilt_y=4e-4, axis_tilt_z=4e-4, axis_pan_x=4e-4, axis_pan_z=4e-4, tilt_zero=4e-4,
-)  # fmt: skip
+REPEATABILITY = np.radians(0.005)  # of the simulated head, from shot to shot
+#: How well a calibration of the rig would have found it, metres and radians.
+PRIOR = {
+    **dict.fromkeys(("laser_x0", "laser_y0"), 1e-4),
+    **dict.fromkeys(("laser_vx", "laser_vy"), 4e-5),
+    **dict.fromkeys(("axis_tilt_y", "axis_tilt_z", "axis_pan_x", "axis_pan_z"), 4e-4),
+    "tilt_zero": 4e-4,
+}
 
 
 def main():
@@ -27,12 +30,12 @@ def main():
         survey = ptzcal.Adjustment(rig.model)
     truth = [simulator.true_camera(i) for i in range(2)]
     survey.add_station(np.eye(3), np.zeros(3))  # the world is the rig's frame
-    cameras = [survey.add_camera(*camera.size, distortion="radial2") for camera in truth]
+    cameras = [survey.add_camera(*camera.size, distortion="brown_conrady") for camera in truth]
     survey.add_scan(scan, cameras)
 
-    for name, sigmas in (("rig as believed", {}), ("rig adjusted", KNOWN)):
+    for name, sigmas in (("rig as believed", {}), ("rig adjusted", PRIOR)):
         survey.set_rig_sigmas(**sigmas)
-        result = survey.solve(pointing_sigma=(ENCODER_STEP, ENCODER_STEP))
+        result = survey.solve(pointing_sigma=(REPEATABILITY, REPEATABILITY))
         print(f"{name}: {result.used} of {result.spots} spots used, probability {result.probability:.2g}")
         for warning in result.warnings:
             print(f"  warning: {warning}")

@@ -134,22 +134,27 @@ fn suspects(problem: &Problem<'_>, solution: &Solution) -> Vec<Suspect> {
             let across = DMatrix::from_fn(g.len(), n, |i, j| h(g[i], original[j]));
             let own = DMatrix::from_fn(g.len(), g.len(), |i, j| h(g[i], g[j]));
             let left = &own - &across * &solution.covariance * across.transpose();
-            // What the others explain entirely cannot be tested: it only moves the frame.
-            let kept: Vec<usize> = (0..g.len()).filter(|i| left[(*i, *i)] > 1e-9 * own[(*i, *i)]).collect();
-            let block = DMatrix::from_fn(kept.len(), kept.len(), |i, j| left[(kept[i], kept[j])]);
-            let score = DVector::from_fn(kept.len(), |i, _| system.g[g[kept[i]]]);
-            if kept.is_empty() {
+            // Directions that the others explain entirely cannot be tested: they only move the frame,
+            // or scale the world with the laser's offset.
+            let unit: Vec<f64> = (0..g.len()).map(|i| 1.0 / own[(i, i)].max(f64::MIN_POSITIVE).sqrt()).collect();
+            let scaled = DMatrix::from_fn(g.len(), g.len(), |i, j| left[(i, j)] * unit[i] * unit[j]);
+            if scaled.iter().any(|v| !v.is_finite()) {
                 return None;
             }
-            let (inverse, _) = crate::geometry::linalg::invert_spd(&block)?;
-            let gain = score.dot(&(inverse * &score));
-            let probability = upper_tail(gain, kept.len() as f64);
-            (probability < SUSPECT).then_some(Suspect {
-                group: candidate.name,
-                gain,
-                parameters: kept.len(),
-                probability,
-            })
+            let eigen = scaled.try_symmetric_eigen(f64::EPSILON, 10_000)?;
+            let score = DVector::from_fn(g.len(), |i, _| system.g[g[i]] * unit[i]);
+            let (mut gain, mut parameters) = (0.0, 0);
+            for (value, direction) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+                if *value > 1e-9 {
+                    gain += direction.dot(&score).powi(2) / value;
+                    parameters += 1;
+                }
+            }
+            if parameters == 0 {
+                return None;
+            }
+            let probability = upper_tail(gain, parameters as f64);
+            (probability < SUSPECT).then_some(Suspect { group: candidate.name, gain, parameters, probability })
         })
         .collect();
     found.sort_by(|a, b| b.gain.total_cmp(&a.gain));

@@ -57,7 +57,8 @@ pub unsafe extern "C" fn ptzcal_adjusted_copy_head_inliers(
 /// @param shot       The shot's index.
 /// @param xyz        Receives 3 numbers: the point in the world, metres.
 /// @param covariance Receives 9 numbers: its covariance, row-major, m^2, which contains what is not
-///                   known of rig, station and cameras; may be NULL.
+///                   known of rig, station and cameras (of rank one, along the beam, when rig and
+///                   station are exact); may be NULL.
 /// @param error      Receives the error; may be NULL.
 /// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNREACHABLE for a shot at infinity or one of which no spot
 ///         was used; PTZCAL_STATUS_INVALID_ARGUMENT when there is no such shot.
