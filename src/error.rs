@@ -61,6 +61,12 @@ pub enum Degeneracy {
     ImageCollapsed,
     /// The edges (or planes) are parallel: a translation or rotation is unobservable.
     Parallel,
+    /// All calibration boards are parallel to each other: focal length and distance trade off.
+    ParallelBoards,
+    /// All boards are at one distance: the laser's offset and slope trade off.
+    OneDistance,
+    /// The lines all meet in one point: they show its image and nothing of the depth behind it.
+    Concurrent,
     /// Other near-singular geometry, such as points on a twisted cubic through the centre.
     IllConditioned,
 }
@@ -78,7 +84,12 @@ impl Degeneracy {
                 "the points have too little relief for their noise: add points at other depths, or fix the intrinsics"
             }
             Self::ImageCollapsed => "the image points cover too little of the image: spread them over the image",
+            Self::ParallelBoards => "the boards are parallel: add views tilted by 20 to 40 degrees, each another way",
+            Self::OneDistance => {
+                "the boards are at one distance: add views nearer and farther, over all depths of the work"
+            }
             Self::Parallel => "the edges are (nearly) parallel: add an edge in another direction",
+            Self::Concurrent => "the lines all meet in one point: add lines that pass it by, or two points",
             Self::IllConditioned => "the geometry is nearly singular: add points at other depths and directions",
         }
     }

@@ -1,17 +1,16 @@
 //! G3, G4: rig and cameras adjusted together from a cold start, against the Cramer-Rao bound by
 //! numerical derivatives, with coverage of the whole covariance; the thesis's method beside it.
 
-use nalgebra::{DMatrix, DVector, Matrix2, SMatrix, Vector2};
+use nalgebra::{DMatrix, DVector, Matrix2};
 use ptzcal::adjust::{AdjustOptions, Adjustment, CameraSetup, Prior, Shot as AdjustShot, Sighting, Station, adjust};
 use ptzcal::calibrate::{DistortionModel, decompose, dlt};
 use ptzcal::geometry::rig_model::AxisOffsets;
-use ptzcal::geometry::{Camera, Distortion, Intrinsics, RIG_PARAMETERS, RigModel, Rigid, rigid};
+use ptzcal::geometry::{Camera, Distortion, RIG_PARAMETERS, RigModel};
 
+use super::bounds::{self, RigMatrix};
 use super::figure::Figure;
 use super::groups::{GROUPS, error, nees, roots, squared};
 use super::thesis::{Noise, Shot, far, near, rig, world_of};
-
-type RigMatrix = SMatrix<f64, RIG_PARAMETERS, RIG_PARAMETERS>;
 
 /// One set-up: a rig whose parameters are believed within a covariance, one camera.
 struct Case {
@@ -79,7 +78,7 @@ fn all_nuisances() -> RigMatrix {
 
 impl Case {
     fn measure(&self, runs: usize) -> Vec<Figure> {
-        let bound = roots(&self.bound());
+        let bound = roots(&bounds::shots(&self.camera, &self.shots, self.sigma, &self.rig, &self.prior));
         let (mut sums, mut thesis, mut total, mut free) = ([0.0; 4], 0.0, 0.0, 0);
         let mut failures = 0;
         for run in 0..runs {
@@ -179,72 +178,6 @@ impl Case {
         }
         (input, believed)
     }
-
-    /// Cramer-Rao bound of the camera's parameters: Fisher information at the truth by central
-    /// differences of the predicted pixels, so that it shares no derivative with the solver.
-    fn bound(&self) -> DMatrix<f64> {
-        let rig_free: Vec<usize> = (0..RIG_PARAMETERS).filter(|i| self.prior[(*i, *i)] > 0.0).collect();
-        let coefficients = self.camera.distortion.coefficients().len();
-        let (r, n) = (rig_free.len(), rig_free.len() + 11 + coefficients);
-        // Predicted pixels of a shot: head, then fixed camera; the last parameter is the inverse depth.
-        let predict = |shot: &Shot, p: &[f64], rho: f64| -> [Vector2<f64>; 2] {
-            let mut step = [0.0; RIG_PARAMETERS];
-            rig_free.iter().zip(p).for_each(|(i, v)| step[*i] = *v);
-            let rig = self.rig.moved(&step);
-            let (o, d) = rig.laser_in_world(shot.pan, shot.tilt);
-            let camera = moved(&self.camera, &p[r..]);
-            [rig.spot_pixel(rho).expect("in the lens"), camera.project(&(o + d / rho)).expect("in view")]
-        };
-        let mut h = DMatrix::<f64>::zeros(n, n);
-        for shot in &self.shots {
-            let (o, d) = self.rig.laser_in_world(shot.pan, shot.tilt);
-            let rho = d.dot(&d) / (shot.point - o).dot(&d);
-            let zero = vec![0.0; n];
-            let difference = |i: Option<usize>, size: f64| -> [Vector2<f64>; 2] {
-                let at = |s: f64| {
-                    let mut p = zero.clone();
-                    i.into_iter().for_each(|i| p[i] = s);
-                    predict(shot, &p, if i.is_none() { rho + s } else { rho })
-                };
-                let (plus, minus) = (at(size), at(-size));
-                std::array::from_fn(|k| (plus[k] - minus[k]) / (2.0 * size * self.sigma))
-            };
-            let slope = difference(None, 1e-6);
-            let own: f64 = slope.iter().map(Vector2::norm_squared).sum();
-            let mut b = DVector::<f64>::zeros(n);
-            let mut j = DMatrix::<f64>::zeros(4, n);
-            for i in 0..n {
-                let pixels = i >= r && i < r + 5 || i < r && (5..7).contains(&rig_free[i]);
-                let by = difference(Some(i), if pixels { 1e-3 } else { 1e-6 });
-                for k in 0..2 {
-                    j.fixed_view_mut::<2, 1>(2 * k, i).copy_from(&by[k]);
-                    b[i] += by[k].dot(&slope[k]);
-                }
-            }
-            h += j.transpose() * &j - &b * b.transpose() / own;
-        }
-        let block = DMatrix::from_fn(r, r, |i, k| self.prior[(rig_free[i], rig_free[k])]);
-        let information = block.cholesky().expect("a covariance").inverse();
-        let mut corner = h.view_mut((0, 0), (r, r));
-        corner += information;
-        let scale = DVector::from_fn(n, |i, _| 1.0 / h[(i, i)].sqrt());
-        let inverse =
-            DMatrix::from_fn(n, n, |i, k| h[(i, k)] * scale[i] * scale[k]).cholesky().expect("observable").inverse();
-        DMatrix::from_fn(n - r, n - r, |i, k| inverse[(r + i, r + k)] * scale[r + i] * scale[r + k])
-    }
-}
-
-/// The camera with a step of fx fy skew cx cy, lens, rotation, centre.
-fn moved(camera: &Camera, p: &[f64]) -> Camera {
-    let mut c = *camera;
-    let k = camera.intrinsics.to_array();
-    c.intrinsics = Intrinsics::from_array(std::array::from_fn(|i| k[i] + p[i]));
-    let count = camera.distortion.coefficients().len();
-    c.distortion.coefficients_mut().iter_mut().zip(&p[5..]).for_each(|(k, s)| *k += s);
-    let pose = &p[5 + count..];
-    let turn = rigid::exp(&nalgebra::Vector3::new(pose[0], pose[1], pose[2])) * camera.pose.rotation;
-    c.pose = Rigid::from_centre(turn, &(camera.centre() + nalgebra::Vector3::new(pose[3], pose[4], pose[5])));
-    c
 }
 
 /// Squared error of the centre by eqs (14)-(16) and DLT-Points with the rig as it is believed.

@@ -2,12 +2,22 @@
 //! writes target/accuracy.json. `accuracy quick` takes a tenth of the runs, `accuracy joint` (or
 //! another part's name) runs that part alone.
 
+#[path = "../../tests/support/boards.rs"]
+mod board;
+mod boards;
+mod bounds;
 #[path = "../../tests/support/data.rs"]
 mod data;
+#[path = "../../tests/support/edges.rs"]
+mod edges;
 mod end_to_end;
 mod figure;
 mod groups;
 mod joint;
+mod lens;
+mod lines;
+#[path = "../../tests/support/meva.rs"]
+mod meva;
 mod outliers;
 mod real;
 mod simulated;
@@ -22,11 +32,11 @@ fn main() -> std::io::Result<()> {
     let quick = std::env::args().any(|a| a == "quick");
     let scale = |runs: usize| if quick { (runs / 10).max(20) } else { runs };
     let mut figures = Vec::new();
-    println!("{:<6} {:<58} {:>12} {:>12} {:>8} {:>7}", "goal", "set-up", "measured", "bound", "ratio", "limit");
+    println!("{:<6} {:<68} {:>12} {:>12} {:>8} {:>7}", "goal", "set-up", "measured", "bound", "ratio", "limit");
     let mut report = |new: Vec<Figure>| {
         for f in &new {
             println!(
-                "{:<6} {:<58} {:>9.4} {:<2} {:>9.4} {:<2} {:>8.3} {:>7.2} {}",
+                "{:<6} {:<68} {:>9.4} {:<2} {:>9.4} {:<2} {:>8.3} {:>7.2} {}",
                 f.goal,
                 f.setup,
                 f.figure,
@@ -48,8 +58,17 @@ fn main() -> std::io::Result<()> {
     if wanted("simulated") {
         simulated::run(scale(400), &mut report);
     }
+    if wanted("boards") {
+        boards::run(scale(400), &mut report);
+    }
     if wanted("outliers") {
         outliers::run(scale(1000), &mut report);
+    }
+    if wanted("lines") {
+        lines::run(scale(500), &mut report);
+    }
+    if wanted("lens") {
+        lens::run(scale(400), &mut report);
     }
     if wanted("end_to_end") {
         end_to_end::run(&mut report);

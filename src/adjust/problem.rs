@@ -72,6 +72,7 @@ impl CameraSetup {
             Distortion::None => DistortionModel::None,
             Distortion::BrownConrady(_) => DistortionModel::BrownConrady,
             Distortion::Division(_) => DistortionModel::Division,
+            Distortion::Fisheye(_) => DistortionModel::Fisheye,
         };
         Self {
             distortion,

@@ -29,7 +29,7 @@ impl Unknown {
     }
 
     /// The derivative by this unknown, from those by all parameters.
-    pub fn derivative<T: Copy + std::ops::Add<Output = T>>(&self, by_parameter: &[T; ALL]) -> T {
+    pub fn derivative<T: Copy + std::ops::Add<Output = T>>(&self, by_parameter: &[T]) -> T {
         let own = by_parameter[self.parameter];
         self.tied.map_or(own, |tied| own + by_parameter[tied])
     }
@@ -67,6 +67,7 @@ impl Freedom {
                 DistortionModel::None => &[],
                 DistortionModel::Radial1 | DistortionModel::Division => &[0],
                 DistortionModel::Radial2 => &[0, 1],
+                DistortionModel::Fisheye => &[0, 1, 2, 3],
                 DistortionModel::BrownConrady => &[0, 1, 2, 3, 4],
             };
             unknowns.extend(coefficients.iter().map(|i| unit(DISTORTION + i)));
@@ -80,11 +81,12 @@ impl Freedom {
     }
 }
 
-/// A model without distortion of the kind that `model` fits.
+/// A model without distortion of the kind that `model` fits; of a fisheye the equidistant lens.
 pub(crate) fn blank_distortion(model: DistortionModel) -> Distortion {
     match model {
         DistortionModel::None => Distortion::None,
         DistortionModel::Division => Distortion::Division(0.0),
+        DistortionModel::Fisheye => Distortion::Fisheye([0.0; 4]),
         _ => Distortion::BrownConrady([0.0; 5]),
     }
 }

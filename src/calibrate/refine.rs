@@ -1,11 +1,11 @@
 //! Maximum-likelihood refinement: Levenberg-Marquardt on the reprojection error in the distorted
-//! image, with one inverse depth per laser shot eliminated by its Schur complement (maths.md 9.3) and
-//! soft priors on skew and aspect.
+//! image, with one inverse depth per laser shot eliminated by its Schur complement (maths.md 9.3),
+//! lines by the distances of their segments' ends, and soft priors on skew and aspect.
 
-use nalgebra::{DMatrix, DVector, Matrix2};
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
 use super::freedom::{ALL, Freedom, Row, full_jacobian, moved, parameters};
-use super::measurement::Measurement;
+use super::measurement::{Measurement, PointMeasurement};
 use crate::control::Cancel;
 use crate::error::{Error, Result};
 use crate::geometry::Camera;
@@ -56,7 +56,8 @@ pub(crate) fn refine(
     let focal = camera.intrinsics.fx;
     let weights = whitenings(measurements, &camera, noise_factor)?;
     let mut state = camera;
-    let mut rhos: Vec<f64> = measurements.iter().map(|m| m.rho).collect();
+    let depth = |m: &Measurement| m.as_point().map_or(0.0, |m| m.rho);
+    let mut rhos: Vec<f64> = measurements.iter().map(depth).collect();
     let mut system = linearise(measurements, &weights, &state, &rhos, freedom, focal)
         .ok_or_else(|| no_convergence(0, "a point is behind the first estimate of the camera"))?;
     let mut damping = 1e-4;
@@ -71,7 +72,7 @@ pub(crate) fn refine(
             let mut next_rhos = rhos.clone();
             let mut shots = system.depths.iter();
             for (m, rho) in measurements.iter().zip(&mut next_rhos) {
-                if m.has_depth() {
+                if m.as_point().is_some_and(PointMeasurement::has_depth) {
                     let d = shots.next()?;
                     let moved: f64 = d.coupling.iter().zip(step.iter()).map(|(b, s)| b * s).sum();
                     *rho += (d.gradient - moved) / (d.information * (1.0 + damping));
@@ -122,16 +123,12 @@ fn whitenings(measurements: &[Measurement], camera: &Camera, noise_factor: f64) 
         .iter()
         .enumerate()
         .map(|(index, m)| {
-            let factor = if m.assumed_noise { noise_factor * noise_factor } else { 1.0 };
-            let mut c = m.pixel_covariance * factor;
-            if m.has_world_covariance() {
-                let x = m.homogeneous(m.rho);
-                let p = camera.project_homogeneous(&x.xyz(), x.w).ok_or(Error::BehindCamera { index })?;
-                for column in m.noise_columns() {
-                    let g = p.by_point * column.xyz();
-                    c += g * g.transpose();
-                }
+            let factor = if m.assumed_noise() { noise_factor * noise_factor } else { 1.0 };
+            let c = match m {
+                Measurement::Point(m) => held_covariance(m, camera, factor),
+                Measurement::Line(m) => m.feet(camera).map(|feet| m.covariance(&feet, factor)),
             }
+            .ok_or(Error::BehindCamera { index })?;
             let l11 = c.m11.sqrt();
             let l21 = c.m21 / l11;
             let l22 = (c.m22 - l21 * l21).sqrt();
@@ -140,6 +137,20 @@ fn whitenings(measurements: &[Measurement], camera: &Camera, noise_factor: f64) 
             if ok { Ok(w) } else { Err(Error::invalid("covariance", format!("of point {index} is singular"))) }
         })
         .collect()
+}
+
+/// Of a pixel and its point; a shot's depth has a residual of its own instead.
+fn held_covariance(m: &PointMeasurement, camera: &Camera, factor: f64) -> Option<Matrix2<f64>> {
+    let mut c = m.pixel_covariance * factor;
+    if m.has_world_covariance() {
+        let x = m.homogeneous(m.rho);
+        let p = camera.project_homogeneous(&x.xyz(), x.w)?;
+        for column in m.noise_columns() {
+            let g = p.by_point * column.xyz();
+            c += g * g.transpose();
+        }
+    }
+    Some(c)
 }
 
 /// Normal equations at an estimate, inverse depths eliminated; `None` when a point cannot be projected.
@@ -158,13 +169,11 @@ fn linearise(
     let mut depths = Vec::with_capacity(measurements.len());
     let mut j = [[0.0; ALL]; 2];
     for ((m, w), &rho) in measurements.iter().zip(weights).zip(rhos) {
-        let x = m.homogeneous(rho);
-        let p = camera.project_homogeneous(&x.xyz(), x.w)?;
-        let r = w * (m.pixel - p.pixel);
+        let Prediction { residual, by_parameter, by_depth } = predict(m, camera, rho)?;
+        let r = w * residual;
         cost += r.norm_squared();
-        let full = full_jacobian(&p);
         for (k, unknown) in freedom.unknowns.iter().enumerate() {
-            let white = w * unknown.derivative(&full);
+            let white = w * unknown.derivative(&by_parameter);
             (j[0][k], j[1][k]) = (white.x, white.y);
         }
         accumulate(&mut h, &j[0], 1.0, n);
@@ -172,8 +181,8 @@ fn linearise(
         for (a, g) in g.iter_mut().enumerate() {
             *g += j[0][a] * r.x + j[1][a] * r.y;
         }
-        if m.has_depth() {
-            let slope = w * (p.by_point * m.slope().xyz() + p.by_weight * m.slope().w);
+        if let Some(m) = m.as_point().filter(|m| m.has_depth()) {
+            let slope = w * by_depth;
             let stated = 1.0 / (m.sigma_rho * m.sigma_rho);
             let off = m.rho - rho;
             cost += off * off * stated;
@@ -212,6 +221,34 @@ fn accumulate(h: &mut [[f64; ALL]; ALL], row: &Row, weight: f64, n: usize) {
         let scaled = weight * row[a];
         for (h, r) in h[a..n].iter_mut().zip(&row[a..n]) {
             *h += scaled * r;
+        }
+    }
+}
+
+/// A residual and how its prediction moves.
+struct Prediction {
+    residual: Vector2<f64>,
+    by_parameter: [Vector2<f64>; ALL],
+    /// By a shot's inverse depth; zero for others.
+    by_depth: Vector2<f64>,
+}
+
+/// `None` when the camera does not see it.
+fn predict(m: &Measurement, camera: &Camera, rho: f64) -> Option<Prediction> {
+    match m {
+        Measurement::Point(m) => {
+            let x = m.homogeneous(rho);
+            let p = camera.project_homogeneous(&x.xyz(), x.w)?;
+            let by_depth = p.by_point * m.slope().xyz() + p.by_weight * m.slope().w;
+            Some(Prediction { residual: m.pixel - p.pixel, by_parameter: full_jacobian(&p), by_depth })
+        }
+        Measurement::Line(m) => {
+            let [a, b] = m.feet(camera)?;
+            let (of_a, of_b) = (full_jacobian(&a.projection), full_jacobian(&b.projection));
+            // Only what moves the line across itself counts.
+            let by_parameter = std::array::from_fn(|i| Vector2::new(a.normal.dot(&of_a[i]), b.normal.dot(&of_b[i])));
+            let residual = Vector2::new(a.distance, b.distance);
+            Some(Prediction { residual, by_parameter, by_depth: Vector2::zeros() })
         }
     }
 }

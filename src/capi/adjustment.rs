@@ -162,7 +162,8 @@ pub unsafe extern "C" fn ptzcal_adjustment_set_rig_sigmas(
     })
 }
 
-/// Says how well the rig's parameters are known together, as the rig's own calibration left them.
+/// Says how well the rig's parameters are known together, as the rig's own calibration left them: the
+/// first 7 rows and columns are in the order of ptzcal_laser_line's `covariance`.
 ///
 /// @param adjustment The survey.
 /// @param covariance 15 x 15 numbers in the order of ptzcal_rig_parameter, row-major, symmetric:
@@ -319,7 +320,7 @@ pub unsafe extern "C" fn ptzcal_adjustment_add_calibrated_camera(
 ///                   skew cx cy (pixels), the coefficients of the camera's lens model, a turn about
 ///                   the camera's own axes (3, radians), the centre (3, metres). 0 fixes a parameter,
 ///                   INFINITY frees it.
-/// @param n          11 plus the number of coefficients (0, 1 or 5).
+/// @param n          11 plus the number of coefficients (0, 1, 4 or 5).
 /// @param camera     Receives the camera's index.
 /// @param error      Receives the error; may be NULL.
 /// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE for NaN (index: the parameter);

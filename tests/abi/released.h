@@ -48,7 +48,8 @@
  *   the other knows. A library newer than your header fills in the initial value for what you do not
  *   have, and never touches memory past struct_size. A library older than your header refuses with
  *   PTZCAL_STATUS_UNSUPPORTED what it does not know, unless it is still 0 as _init left it.
- *   Options are handles with one setter for each setting, and grow by new functions.
+ *   Options are handles with one setter for each setting, and grow by new functions; those that are
+ *   nothing but numbers (ptzcal_adjust_options) are such a struct.
  *
  * ERRORS
  *   Every function that returns ptzcal_status may return, besides what its comment lists,
@@ -569,7 +570,8 @@ ptzcal_status ptzcal_image_init(ptzcal_image *image, size_t size) PTZCAL_NOEXCEP
  * A calibrated camera is plain data: fill it in yourself or take it from a calibration. A world
  * point X is at x = R X + t in the camera frame (x right, y down, z forward), at (x/z, y/z) on the
  * normalised plane, there distorted by the lens to (a, b), and at u = fx a + skew b + cx,
- * v = fy b + cy in the image.
+ * v = fy b + cy in the image. A fisheye lens gives (a, b) from the ray itself, also at and beyond
+ * 90 degrees from the axis, where z is not positive.
  * ============================================================================================= */
 
 /** Lens models: the values of ptzcal_camera.distortion_model and ptzcal_rig_model.distortion_model. */
@@ -594,6 +596,13 @@ enum {
    * Negative is barrel distortion. In units of the normalised plane.
    */
   PTZCAL_DISTORTION_MODEL_DIVISION = 4,
+  /**
+   * Fisheye (Kannala-Brandt), the four coefficients k1 k2 k3 k4 with OpenCV's meaning and order: a
+   * ray at the angle theta from the axis is imaged at the radius
+   * theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8) on the normalised plane. Sees
+   * beyond 90 degrees, up to the angle at which the radius stops growing.
+   */
+  PTZCAL_DISTORTION_MODEL_FISHEYE = 5,
 };
 typedef uint32_t ptzcal_distortion_model;
 
@@ -1050,8 +1059,8 @@ ptzcal_status ptzcal_detect_spot_averaged(const ptzcal_image *const *on,
  * 2D-3D measurements
  *
  * What a camera is calibrated from: a growing set of measurements of one camera, in any mixture of
- * points whose position is known, points with covariances, and laser shots of a rig. Each function
- * that adds does it for all its measurements or for none. Indices count from 0 in the order of
+ * points whose position is known, points with covariances, laser shots of a rig, and straight lines.
+ * Each function that adds does it for all its measurements or for none. Indices count from 0 in the order of
  * adding, and the results of a calibration keep that order.
  * ============================================================================================= */
 
@@ -1161,6 +1170,66 @@ ptzcal_status ptzcal_correspondences_add_laser_shots(ptzcal_correspondences *set
                                                      const double *uv_covariance,
                                                      size_t n,
                                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds straight lines by two points of each in space, exact or with covariances. The ends of a segment
+ * are images of no particular points of its line: how long the segment is, and how far apart the two
+ * points, does not matter beyond their noise. A line is worth a point: two equations. Its residual in
+ * ptzcal_calibration_copy_residuals are the distances of its two ends from the line's image, which a
+ * distorting lens bends.
+ *
+ * @param set            The set.
+ * @param xyz            n x 6 numbers: two points of each line, metres, world frame.
+ * @param xyz_covariance n x 18 numbers: of the two points of each line, row-major, positive
+ *                       semi-definite, m^2; may be NULL: the lines are exact.
+ * @param uv             n x 4 numbers: the two ends of each line's segment in the image, pixels.
+ * @param uv_covariance  n x 6 numbers: xx, xy, yy of each end, positive definite, px^2; may be NULL:
+ *                       the calibration's pixel noise.
+ * @param n              Number of lines.
+ * @param error          Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE (index: the line, in this call);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for two points or two ends that are one, or a covariance
+ *         that is none; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_correspondences_add_lines(ptzcal_correspondences *set,
+                                               const double *xyz,
+                                               const double *xyz_covariance,
+                                               const double *uv,
+                                               const double *uv_covariance,
+                                               size_t n,
+                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds straight lines like ptzcal_correspondences_add_lines, each by a point and a direction, as a fit
+ * of a line to a cloud gives them.
+ *
+ * @param set             The set.
+ * @param point_direction n x 6 numbers: a point of each line, metres, world frame, and its direction,
+ *                        of any length but zero.
+ * @param line_covariance n x 36 numbers: of point and direction together, 6 x 6 row-major, positive
+ *                        semi-definite; may be NULL: the lines are exact.
+ * @param uv              n x 4 numbers: the two ends of each line's segment in the image, pixels.
+ * @param uv_covariance   n x 6 numbers: xx, xy, yy of each end, positive definite, px^2; may be NULL:
+ *                        the calibration's pixel noise.
+ * @param n               Number of lines.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE (index: the line, in this call);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a direction that is zero, two ends that are one, or a
+ *         covariance that is none; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_correspondences_add_directed_lines(ptzcal_correspondences *set,
+                                                        const double *point_direction,
+                                                        const double *line_covariance,
+                                                        const double *uv,
+                                                        const double *uv_covariance,
+                                                        size_t n,
+                                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
  * How many measurements there are.
@@ -1477,7 +1546,7 @@ ptzcal_status ptzcal_calibration_get_summary(const ptzcal_calibration *calibrati
  * The covariance of all parameters: p x p numbers, row-major, symmetric, p = the summary's
  * `parameters`. Their order:
  *   0 fx, 1 fy, 2 skew, 3 cx, 4 cy (pixels),
- *   5 ... the coefficients of the camera's lens model, in its order (0, 1 or 5 of them),
+ *   5 ... the coefficients of the camera's lens model, in its order (0, 1, 4 or 5 of them),
  *   then 3 for the rotation: w in R <- exp([w]x) R, a turn about the camera's own axes (radians),
  *   then 3 for the camera's centre in the world (metres).
  * Rows and columns of parameters that were not free are 0.
@@ -1500,8 +1569,9 @@ ptzcal_status ptzcal_calibration_copy_covariance(const ptzcal_calibration *calib
 
 /**
  * Measured minus predicted pixel of every measurement, outliers included: n x 2 numbers, n = the
- * summary's `measurements`, in the order of adding. Infinite for an outlier that lies behind the
- * camera.
+ * summary's `measurements`, in the order of adding. Of a line they are the signed distances of its
+ * segment's two ends from the line's image, positive to the right of it as seen from the first end to
+ * the second. Infinite for an outlier that the camera cannot see (behind it).
  *
  * @param calibration The calibration.
  * @param buffer      Receives the numbers; may be NULL when capacity is 0.
@@ -1538,6 +1608,595 @@ ptzcal_status ptzcal_calibration_copy_inliers(const ptzcal_calibration *calibrat
                                               size_t capacity,
                                               size_t *needed,
                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Projection with uncertainty
+ *
+ * What the covariance of a calibration means for its use: pixels of points, viewing rays of pixels,
+ * and points on a plane under pixels (the floor under a click), each with its covariance, to first
+ * order. Each function takes n of them; outputs are written for all of them or for none.
+ * ============================================================================================= */
+
+/**
+ * The pixels of world points and their covariances.
+ *
+ * @param calibration    The calibration.
+ * @param xyz            n x 3 numbers: points, metres, world frame.
+ * @param xyz_covariance n x 9 numbers: of each point, row-major, positive semi-definite, m^2; may be
+ *                       NULL: the points are exact.
+ * @param n              Number of points.
+ * @param uv             Receives n x 2 numbers: pixels.
+ * @param uv_covariance  Receives n x 3 numbers: xx, xy, yy of each pixel, px^2; may be NULL. The
+ *                       camera's uncertainty and the point's; not the noise of a measured pixel.
+ * @param error          Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BEHIND_CAMERA, PTZCAL_STATUS_OUTSIDE_LENS,
+ *         PTZCAL_STATUS_NOT_FINITE (index: the point); PTZCAL_STATUS_INVALID_ARGUMENT for a
+ *         covariance that is none.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_project(const ptzcal_calibration *calibration,
+                                         const double *xyz,
+                                         const double *xyz_covariance,
+                                         size_t n,
+                                         double *uv,
+                                         double *uv_covariance,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The viewing rays of pixels, from the camera's centre (ptzcal_camera_centre), and their
+ * covariances.
+ *
+ * @param calibration    The calibration.
+ * @param uv             n x 2 numbers: pixels.
+ * @param uv_covariance  n x 3 numbers: xx, xy, yy of each pixel, positive semi-definite, px^2; may be
+ *                       NULL: the pixels are exact.
+ * @param n              Number of pixels.
+ * @param directions     Receives n x 3 numbers: unit vectors in the world frame.
+ * @param ray_covariance Receives n x 36 numbers: of the centre (metres) and the direction, in that
+ *                       order, 6 x 6 row-major; may be NULL. The centre is the same for all pixels:
+ *                       so is its part.
+ * @param error          Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_OUTSIDE_LENS (index: the first pixel that no ray reaches
+ *         through the lens model); PTZCAL_STATUS_NOT_FINITE (index: the pixel);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a covariance that is none.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_back_project(const ptzcal_calibration *calibration,
+                                              const double *uv,
+                                              const double *uv_covariance,
+                                              size_t n,
+                                              double *directions,
+                                              double *ray_covariance,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The points of a plane under pixels, and their covariances: where on the floor is what was clicked
+ * on?
+ *
+ * @param calibration    The calibration.
+ * @param uv             n x 2 numbers: pixels.
+ * @param uv_covariance  n x 3 numbers: xx, xy, yy of each pixel, positive semi-definite, px^2; may be
+ *                       NULL: the pixels are exact.
+ * @param n              Number of pixels.
+ * @param normal         3 numbers: the plane's normal in the world frame, of any length but zero.
+ * @param distance       The plane is normal . x = distance (metres, for a normal of unit length).
+ * @param xyz            Receives n x 3 numbers: points, metres, world frame.
+ * @param xyz_covariance Receives n x 9 numbers: of each point, row-major, m^2; may be NULL. The plane
+ *                       is exact: across it nothing varies.
+ * @param error          Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BEHIND_CAMERA (index: the first pixel whose ray does not
+ *         meet the plane in front of the camera); PTZCAL_STATUS_OUTSIDE_LENS (index: the first pixel
+ *         that no ray reaches through the lens model); PTZCAL_STATUS_NOT_FINITE (index: the pixel);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a normal or covariance that is none.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_back_project_to_plane(const ptzcal_calibration *calibration,
+                                                       const double *uv,
+                                                       const double *uv_covariance,
+                                                       size_t n,
+                                                       const double *normal,
+                                                       double distance,
+                                                       double *xyz,
+                                                       double *xyz_covariance,
+                                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Closed forms with lens distortion
+ *
+ * The two linear methods with the division model, by their names. Both take every measurement as it
+ * is (no outliers are set aside) and the centre of distortion as given; ptzcal_calibrate_camera begins
+ * with the first one where a lens is fitted, and finds the centre, which is the principal point, too.
+ * ============================================================================================= */
+
+/**
+ * Radial alignment (Tsai 1987) with the division model: a camera with a radial lens in two linear
+ * steps, from at least 7 measurements. Its lambda is within about a fifth of the best possible
+ * accuracy, and it works without distortion too.
+ *
+ * @param set    The measurements, free of outliers; not in one plane.
+ * @param centre 2 numbers: the centre of distortion, pixels; may be NULL: the image's centre.
+ * @param camera Receives the camera, with a lens PTZCAL_DISTORTION_MODEL_DIVISION about its principal
+ *               point; set up by ptzcal_camera_init. Lambda in pixels^-2 is
+ *               distortion[0] / (fx fy).
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_DEGENERATE;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_radial_alignment(const ptzcal_correspondences *set,
+                                      const double *centre,
+                                      ptzcal_camera *camera,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The direct linear transform with the division model as a generalised eigenproblem (Fitzgibbon
+ * 2001), from at least 6 measurements. The weaker method: lambda is off by about sigma^2 / lambda
+ * however many measurements there are, and a lens without distortion is refused or answered with a
+ * lambda that means nothing. Use ptzcal_radial_alignment.
+ *
+ * @param set    The measurements, free of outliers; their own errors in space are not used.
+ * @param centre 2 numbers: the centre of distortion, pixels; may be NULL: the image's centre.
+ * @param camera Receives the camera, with a lens PTZCAL_DISTORTION_MODEL_DIVISION about its principal
+ *               point; set up by ptzcal_camera_init. Lambda in pixels^-2 is
+ *               distortion[0] / (fx fy).
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_DEGENERATE (no eigenvalue is
+ *         real, is a lens, or puts all points in front of the camera);
+ *         PTZCAL_STATUS_NO_CONVERGENCE; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_division_eigenproblem(const ptzcal_correspondences *set,
+                                           const double *centre,
+                                           ptzcal_camera *camera,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Views of boards
+ *
+ * A camera by itself is calibrated from views of a planar board with corners at known places, such
+ * as a chessboard, held in different ways: three views or more, tilted by 20 to 40 degrees this way
+ * and that, over the whole image, near and far. Corners may be missing, boards may differ. With the
+ * laser on, the same views calibrate the laser's line (ptzcal_calibrate_laser_line). Views are
+ * numbered from 0 in the order of adding.
+ * ============================================================================================= */
+
+/** A camera calibrated from boards. Immutable: any number of threads may read it. */
+typedef struct ptzcal_board_calibration ptzcal_board_calibration;
+
+/** Views of boards by one camera. */
+typedef struct ptzcal_boards ptzcal_boards;
+
+/** What was found about one view of a board. */
+typedef struct ptzcal_board_view {
+  /** Set by ptzcal_board_view_init. */
+  uint32_t struct_size;
+  /**
+   * 0 for a view that was set aside because most of its corners disagree with the other views: its
+   * pose is then the best that could be had, and its covariance 0.
+   */
+  uint32_t used;
+  /** Corners given. */
+  uint64_t corners;
+  /** Corners used; the others are outliers. */
+  uint64_t inliers;
+  /**
+   * Root mean square length of the used corners' residuals, pixels; of all corners of a view that
+   * was set aside.
+   */
+  double rms;
+  /** R, row-major: board axes to camera axes. */
+  double rotation[9];
+  /** t: the board's origin in the camera frame, in the board's unit. */
+  double translation[3];
+  /**
+   * 6 x 6, row-major: of w in R <- exp([w]x) R, a turn about the camera's axes (radians), then of
+   * the camera's centre in the board's frame (the board's unit).
+   */
+  double covariance[36];
+} ptzcal_board_view;
+
+/**
+ * Makes an empty set of views for a camera with the given image size.
+ *
+ * @param image_width  Pixels, 1 to 65536.
+ * @param image_height Pixels, 1 to 65536.
+ * @param boards       Receives the set; free it with ptzcal_boards_free.
+ * @param error        Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_boards_new(uint32_t image_width,
+                                uint32_t image_height,
+                                ptzcal_boards **boards,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a set of views. Calibrations made from it live on.
+ *
+ * @param boards The set; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_boards_free(ptzcal_boards *boards) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds the corners of a board that one image shows.
+ *
+ * @param boards        The set.
+ * @param board_xy      n x 2 numbers: places on the board, in any unit (metres for a laser line), the same
+ *                      for all boards; all boards must show the same side of their x and y axes.
+ * @param uv            n x 2 numbers: their pixels; (0, 0) is the centre of the top-left pixel.
+ * @param uv_covariance n x 3 numbers: xx, xy, yy of each pixel, positive definite, px^2; may be NULL: the
+ *                      common noise that the options state, or that the residuals show.
+ * @param n             Number of corners, 4 or more.
+ * @param error         Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NOT_FINITE (index: the
+ *         corner); PTZCAL_STATUS_DEGENERATE (all corners, or all but one, on one line);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a covariance that is none; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_boards_add_view(ptzcal_boards *boards,
+                                     const double *board_xy,
+                                     const double *uv,
+                                     const double *uv_covariance,
+                                     size_t n,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets where the laser's spot on the board of a view was seen; a later one replaces it.
+ *
+ * @param boards        The set.
+ * @param view          The view.
+ * @param uv            2 numbers: the spot's pixel.
+ * @param uv_covariance 3 numbers: xx, xy, yy, positive definite, px^2; may be NULL: the common noise of
+ *                      the corners.
+ * @param error         Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (no such view, or a covariance that is none);
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_boards_set_spot(ptzcal_boards *boards,
+                                     uint32_t view,
+                                     const double *uv,
+                                     const double *uv_covariance,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Lets the board be a smoothly bent sheet, z = b1 x^2 + b2 x y + b3 y^2 with x and y from the middle of
+ * all corners, in units of the greatest distance from there. All views must then be of one board.
+ *
+ * @param boards The set.
+ * @param sigma  Prior standard deviation of each b, in the board's unit; 0, the default: boards are flat.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_boards_set_bending(ptzcal_boards *boards,
+                                        double sigma,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * How many views there are.
+ *
+ * @param boards The set.
+ * @param count  Receives the number.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_boards_count(const ptzcal_boards *boards,
+                                  size_t *count,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Calibrates a camera from views of boards. With a lens that the options keep
+ * (ptzcal_calibration_options_set_lens) only the boards' poses are found. One view is enough when it is
+ * tilted; the principal point is then expected near the image's centre.
+ *
+ * @param boards  The views.
+ * @param options The options; may be NULL: the defaults.
+ * @param result  Receives the calibration; free it with ptzcal_board_calibration_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_DEGENERATE (parallel boards;
+ *         message and hint say what to add); PTZCAL_STATUS_NO_CONSENSUS;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT (the message names a view that is mirrored or does not fit);
+ *         PTZCAL_STATUS_NO_CONVERGENCE; PTZCAL_STATUS_LENS_NOT_MONOTONE; PTZCAL_STATUS_CANCELLED;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibrate_from_boards(const ptzcal_boards *boards,
+                                           const ptzcal_calibration_options *options,
+                                           ptzcal_board_calibration **result,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a calibration from boards. Strings taken from it die with it.
+ *
+ * @param calibration The calibration; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_board_calibration_free(ptzcal_board_calibration *calibration) PTZCAL_NOEXCEPT;
+
+/**
+ * The camera's calibration, as any other: intrinsics, lens and their covariance; its pose is the
+ * identity. Its measurements are all corners, view after view.
+ *
+ * @param calibration The calibration from boards.
+ * @param camera      Receives a calibration of its own; free it with ptzcal_calibration_free.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_board_calibration_copy_camera(const ptzcal_board_calibration *calibration,
+                                                   ptzcal_calibration **camera,
+                                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * How many views there are.
+ *
+ * @param calibration The calibration from boards.
+ * @param count       Receives the number.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_board_calibration_count(const ptzcal_board_calibration *calibration,
+                                             size_t *count,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a view: rotation 1, everything else 0.
+ *
+ * @param view The struct.
+ * @param size sizeof *view.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_board_view_init(ptzcal_board_view *view, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * What was found about one view.
+ *
+ * @param calibration The calibration from boards.
+ * @param number      The view.
+ * @param view        Receives it; set up by ptzcal_board_view_init.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a view that there is not.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_board_calibration_get_view(const ptzcal_board_calibration *calibration,
+                                                uint32_t number,
+                                                ptzcal_board_view *view,
+                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * How the boards bend: b1 b2 b3 of ptzcal_boards_set_bending; 0 for flat ones.
+ *
+ * @param calibration The calibration from boards.
+ * @param bending     Receives 3 numbers, in the board's unit.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_board_calibration_get_bending(const ptzcal_board_calibration *calibration,
+                                                   double *bending,
+                                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * What to add to make the calibration better, lines of English UTF-8, the most needed first.
+ *
+ * @param calibration The calibration from boards; may be NULL.
+ * @return A string that lives as long as the calibration; "" when nothing is missing, and for NULL;
+ *         never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_board_calibration_advice(const ptzcal_board_calibration *calibration) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * The laser's line
+ *
+ * Where the laser stands beside its camera and where it points, from views of boards with the laser
+ * on (ptzcal_boards, places on the boards in metres): boards at all distances of the work, near ones
+ * above all. Each spot is where the laser's line meets its board; line, poses and lens are adjusted
+ * together. The result is a rig model that is ready for use, and a covariance of all that depths
+ * depend on.
+ * ============================================================================================= */
+
+/** A calibrated laser line. Immutable: any number of threads may read it. */
+typedef struct ptzcal_laser_calibration ptzcal_laser_calibration;
+
+/** A laser's line in its camera's frame: points (x0 + vx Z, y0 + vy Z, Z). */
+typedef struct ptzcal_laser_line {
+  /** Set by ptzcal_laser_line_init. */
+  uint32_t struct_size;
+  /** Spots used. */
+  uint32_t spots;
+  /** Metres. */
+  double x0;
+  /** Metres. */
+  double y0;
+  /** Slope, metres per metre of depth. */
+  double vx;
+  /** Slope, metres per metre of depth. */
+  double vy;
+  /** Root mean square length of the used spots' residuals, pixels. */
+  double rms;
+  /**
+   * 7 x 7, row-major: of x0, y0 (metres), vx, vy (slopes), the logarithm of the common scale of fx
+   * and fy, cx, cy (pixels). The first four rows and columns are the line's own; those of a lens
+   * that was not free are 0.
+   */
+  double covariance[49];
+} ptzcal_laser_line;
+
+/**
+ * Calibrates the laser's line. The lens comes from the same corners; or it is known exactly
+ * (ptzcal_calibration_options_set_lens); or it was measured before, from other images, and its
+ * covariance is believed. Spots that disagree with most others are set aside.
+ *
+ * @param boards  The views, with the spots of two or more.
+ * @param lens    The lens that was measured before; may be NULL. A calibration from these same views would
+ *                count them twice.
+ * @param options The options; may be NULL: the defaults.
+ * @param laser   Receives the result; free it with ptzcal_laser_calibration_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; what ptzcal_calibrate_from_boards returns; PTZCAL_STATUS_TOO_FEW_POINTS
+ *         (fewer than two spots); PTZCAL_STATUS_DEGENERATE (boards at one distance, a laser along a board,
+ *         spots that do not move: the message says which); PTZCAL_STATUS_NO_CONSENSUS;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT (a baseline below 1 mm, or a lens in both places).
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibrate_laser_line(const ptzcal_boards *boards,
+                                          const ptzcal_calibration *lens,
+                                          const ptzcal_calibration_options *options,
+                                          ptzcal_laser_calibration **laser,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a laser calibration.
+ *
+ * @param laser The laser calibration; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_laser_calibration_free(ptzcal_laser_calibration *laser) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a line: everything 0.
+ *
+ * @param line The struct.
+ * @param size sizeof *line.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_laser_line_init(ptzcal_laser_line *line, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * The laser's line and its covariance.
+ *
+ * @param laser The laser calibration.
+ * @param line  Receives the line; set up by ptzcal_laser_line_init.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_laser_calibration_get_line(const ptzcal_laser_calibration *laser,
+                                                ptzcal_laser_line *line,
+                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * A rig with the lens and the laser that were found; axes through the camera's centre, true encoders.
+ *
+ * @param laser The laser calibration.
+ * @param model Receives the rig model; set up by ptzcal_rig_model_init.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_laser_calibration_get_rig_model(const ptzcal_laser_calibration *laser,
+                                                     ptzcal_rig_model *model,
+                                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Lens and poses as the joint adjustment left them.
+ *
+ * @param laser  The laser calibration.
+ * @param boards Receives a calibration of its own; free it with ptzcal_board_calibration_free.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_laser_calibration_copy_boards(const ptzcal_laser_calibration *laser,
+                                                   ptzcal_board_calibration **boards,
+                                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Measured minus predicted pixel of the spot of every view, outliers included: n x 2 numbers, n the
+ * number of views. Infinite where there is no spot, or none is predicted.
+ *
+ * @param laser    The laser calibration.
+ * @param buffer   Receives the numbers; may be NULL when capacity is 0.
+ * @param capacity How many numbers the buffer holds.
+ * @param needed   Receives how many there are, also when they do not fit; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_laser_calibration_copy_residuals(const ptzcal_laser_calibration *laser,
+                                                      double *buffer,
+                                                      size_t capacity,
+                                                      size_t *needed,
+                                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Which views' spots were used: n bytes, n the number of views; 1 for a spot that was used, 0 for an
+ * outlier and where there is no spot.
+ *
+ * @param laser    The laser calibration.
+ * @param buffer   Receives the bytes; may be NULL when capacity is 0.
+ * @param capacity How many bytes the buffer holds.
+ * @param needed   Receives how many there are, also when they do not fit; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_laser_calibration_copy_inliers(const ptzcal_laser_calibration *laser,
+                                                    uint8_t *buffer,
+                                                    size_t capacity,
+                                                    size_t *needed,
+                                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
  * Planes and roof edges
@@ -3111,6 +3770,761 @@ ptzcal_status ptzcal_roof_edges_add_plane_scan(ptzcal_roof_edges *edges,
                                                const ptzcal_region *region,
                                                uint32_t *plane,
                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Joint adjustment: what is known
+ *
+ * A survey of one rig, from one or several stations, with all fixed cameras that watched it, to be
+ * solved at once: the rig's laser line, head camera, axes and encoders, its pose at every station,
+ * and each camera's intrinsics, lens and pose. What is known of them beforehand goes in as a prior:
+ * a covariance about given values, where a variance of 0 fixes a parameter and INFINITY frees it.
+ * Stations, cameras and shots count from 0 in the order of adding. Each function that adds does it
+ * whole or not at all.
+ * ============================================================================================= */
+
+/** How many parameters a rig has: see ptzcal_rig_parameter. */
+#define PTZCAL_RIG_PARAMETERS 15
+
+/**
+ * A rig's parameters, in the order of all vectors and covariances of them; the names are those of
+ * ptzcal_rig_model's members.
+ */
+enum {
+  /** Metres. */
+  PTZCAL_RIG_PARAMETER_LASER_X0 = 0,
+  /** Metres. */
+  PTZCAL_RIG_PARAMETER_LASER_Y0 = 1,
+  /** Slope, metres per metre of depth. */
+  PTZCAL_RIG_PARAMETER_LASER_VX = 2,
+  /** Slope, metres per metre of depth. */
+  PTZCAL_RIG_PARAMETER_LASER_VY = 3,
+  /**
+   * One scale for fx, fy and skew of the head camera: the natural logarithm of fx, so that a
+   * standard deviation is relative. The head's lens is taken as given.
+   */
+  PTZCAL_RIG_PARAMETER_HEAD_FOCAL = 4,
+  /** Pixels. */
+  PTZCAL_RIG_PARAMETER_HEAD_CX = 5,
+  /** Pixels. */
+  PTZCAL_RIG_PARAMETER_HEAD_CY = 6,
+  /** Metres. */
+  PTZCAL_RIG_PARAMETER_AXIS_TILT_Y = 7,
+  /** Metres. */
+  PTZCAL_RIG_PARAMETER_AXIS_TILT_Z = 8,
+  /** Metres. */
+  PTZCAL_RIG_PARAMETER_AXIS_PAN_X = 9,
+  /** Metres. */
+  PTZCAL_RIG_PARAMETER_AXIS_PAN_Z = 10,
+  /** Radians. Turns the world of a single station: free it only beside something that holds it. */
+  PTZCAL_RIG_PARAMETER_PAN_ZERO = 11,
+  /** About 1. */
+  PTZCAL_RIG_PARAMETER_PAN_SCALE = 12,
+  /** Radians. */
+  PTZCAL_RIG_PARAMETER_TILT_ZERO = 13,
+  /** About 1. */
+  PTZCAL_RIG_PARAMETER_TILT_SCALE = 14,
+};
+typedef uint32_t ptzcal_rig_parameter;
+
+/** A survey to be adjusted. */
+typedef struct ptzcal_adjustment ptzcal_adjustment;
+
+/**
+ * Makes a survey without stations, cameras and shots. Its rig is known exactly until
+ * ptzcal_adjustment_set_rig_sigmas or ptzcal_adjustment_set_rig_covariance says otherwise.
+ *
+ * @param model      The rig as it is believed to be: the mean of its prior.
+ * @param adjustment Receives the survey; free it with ptzcal_adjustment_free.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_new(const ptzcal_rig_model *model,
+                                    ptzcal_adjustment **adjustment,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a survey. What was solved from it lives on.
+ *
+ * @param adjustment The survey; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_adjustment_free(ptzcal_adjustment *adjustment) PTZCAL_NOEXCEPT;
+
+/**
+ * Says how well each of the rig's parameters is known, independently of the others.
+ *
+ * @param adjustment The survey.
+ * @param sigmas     PTZCAL_RIG_PARAMETERS standard deviations in the order of ptzcal_rig_parameter:
+ *                   0 fixes a parameter, INFINITY frees it.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE for NaN (index: the parameter);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT (the message names the parameter); PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_set_rig_sigmas(ptzcal_adjustment *adjustment,
+                                               const double *sigmas,
+                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Says how well the rig's parameters are known together, as the rig's own calibration left them: the
+ * first 7 rows and columns are in the order of ptzcal_laser_line's `covariance`.
+ *
+ * @param adjustment The survey.
+ * @param covariance 15 x 15 numbers in the order of ptzcal_rig_parameter, row-major, symmetric:
+ *                   a variance of 0 fixes a parameter, INFINITY frees it (the rest of its row and
+ *                   column is 0 then); those of the others are positive definite.
+ * @param error      Receives the error; may be NULL.
+ * @return As ptzcal_adjustment_set_rig_sigmas.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_set_rig_covariance(ptzcal_adjustment *adjustment,
+                                                   const double *covariance,
+                                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a place where the rig stood. Its frame is the rig's at pan = tilt = 0. The world is the
+ * frame in which poses are given: usually the first station's, added with a pose as
+ * ptzcal_pose_init leaves it. Other stations may be unknown: they are found from cameras that
+ * another station's shots calibrate.
+ *
+ * @param adjustment The survey.
+ * @param pose       The station in the world, X_world = rotation X_station + translation; its other
+ *                   members do not matter, so that what ptzcal_pose_estimate_get gave can be handed
+ *                   over; may be NULL: nothing is known.
+ * @param covariance 36 numbers, row-major: of w in R <- exp([w]x) R (axes of the world, radians) and
+ *                   of the translation (metres), as ptzcal_pose_estimate_copy_covariance gives them;
+ *                   0 fixes and INFINITY frees as for the rig; may be NULL: the pose is exact. NULL
+ *                   when the pose is.
+ * @param station    Receives the station's index.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT for what is no
+ *         rotation or no covariance (the message names the parameter); PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_add_station(ptzcal_adjustment *adjustment,
+                                            const ptzcal_pose *pose,
+                                            const double *covariance,
+                                            uint32_t *station,
+                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a fixed camera of which no more is known than the options say.
+ *
+ * @param adjustment The survey.
+ * @param width      Image size in pixels, 1 to 65536.
+ * @param height     Image size in pixels, 1 to 65536.
+ * @param options    Lens model, known lens, and the priors of skew and aspect are taken from them,
+ *                   nothing else; may be NULL: the defaults.
+ * @param camera     Receives the camera's index.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_add_camera(ptzcal_adjustment *adjustment,
+                                           uint32_t width,
+                                           uint32_t height,
+                                           const ptzcal_calibration_options *options,
+                                           uint32_t *camera,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a fixed camera that was calibrated earlier, in the same world: the calibration with its
+ * covariance becomes its prior. The measurements behind it must not be added again. Parameters that
+ * were fixed there stay fixed.
+ *
+ * @param adjustment  The survey.
+ * @param calibration The calibration.
+ * @param camera      Receives the camera's index.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_add_calibrated_camera(ptzcal_adjustment *adjustment,
+                                                      const ptzcal_calibration *calibration,
+                                                      uint32_t *camera,
+                                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a fixed camera of which some parameters are known, each to a standard deviation.
+ *
+ * @param adjustment The survey.
+ * @param known      The camera as it is believed to be.
+ * @param sigmas     n standard deviations in the order of ptzcal_calibration_copy_covariance: fx fy
+ *                   skew cx cy (pixels), the coefficients of the camera's lens model, a turn about
+ *                   the camera's own axes (3, radians), the centre (3, metres). 0 fixes a parameter,
+ *                   INFINITY frees it.
+ * @param n          11 plus the number of coefficients (0, 1, 4 or 5).
+ * @param camera     Receives the camera's index.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE for NaN (index: the parameter);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT (the message names the parameter); PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_add_known_camera(ptzcal_adjustment *adjustment,
+                                                 const ptzcal_camera *known,
+                                                 const double *sigmas,
+                                                 size_t n,
+                                                 uint32_t *camera,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Joint adjustment: what was measured
+ *
+ * Laser shots with the spots that the head camera and the fixed cameras saw of them. A shot needs
+ * no spot in the head camera: two cameras that see it measure it too.
+ * ============================================================================================= */
+
+/** For ptzcal_adjustment_add_scan: a fixed camera whose spots are left out. */
+#define PTZCAL_NO_CAMERA 4294967294
+
+/**
+ * Adds laser shots: what the head read and where its camera saw the spot.
+ *
+ * @param adjustment      The survey.
+ * @param station         Where the rig stood.
+ * @param pan_tilt        n x 2 numbers: readings at each shot, radians.
+ * @param spots           n x 2 numbers: the spot's pixel in the head camera; may be NULL: the head
+ *                        camera saw none of them.
+ * @param spot_covariance n x 3 numbers: xx, xy, yy, positive definite, px^2; may be NULL: 1 px,
+ *                        uncorrelated.
+ * @param seen            n bytes: 0 where the head camera saw no spot, and what stands in `spots`
+ *                        does not matter (but is finite); may be NULL: it saw all.
+ * @param n               Number of shots.
+ * @param first           Receives the index of the first; the others follow it; may be NULL.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE (index: the shot, in this call);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a station that does not exist or a covariance that is
+ *         none; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_add_shots(ptzcal_adjustment *adjustment,
+                                          uint32_t station,
+                                          const double *pan_tilt,
+                                          const double *spots,
+                                          const double *spot_covariance,
+                                          const uint8_t *seen,
+                                          size_t n,
+                                          size_t *first,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds where a fixed camera saw shots that were added before. The residuals and inliers of its
+ * calibration are in the order of the shots.
+ *
+ * @param adjustment    The survey.
+ * @param camera        The fixed camera.
+ * @param shots         n indices of shots; a camera sees each at most once.
+ * @param uv            n x 2 numbers: the spot's pixel in the camera.
+ * @param uv_covariance n x 3 numbers: xx, xy, yy, positive definite, px^2; may be NULL: 1 px,
+ *                      uncorrelated.
+ * @param n             Number of sightings.
+ * @param error         Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE (index: the sighting, in this call);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a camera or a shot that does not exist, a shot that is
+ *         seen twice, or a covariance that is none; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_add_sightings(ptzcal_adjustment *adjustment,
+                                              uint32_t camera,
+                                              const size_t *shots,
+                                              const double *uv,
+                                              const double *uv_covariance,
+                                              size_t n,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds all shots of a scan, with what the head camera and the fixed cameras saw: shot i of the scan
+ * becomes shot `first` + i.
+ *
+ * @param adjustment The survey, for a head camera of the scan's image size.
+ * @param station    Where the rig stood during the scan.
+ * @param scan       The scan.
+ * @param cameras    For each fixed camera of the scan its index in the survey (of the same image
+ *                   size), or PTZCAL_NO_CAMERA.
+ * @param n          Number of fixed cameras of the scan.
+ * @param first      Receives the index of the scan's first shot; may be NULL.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a station or a camera that does not
+ *         exist, another number of cameras, or another image size; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_add_scan(ptzcal_adjustment *adjustment,
+                                         uint32_t station,
+                                         const ptzcal_scan *scan,
+                                         const uint32_t *cameras,
+                                         size_t n,
+                                         size_t *first,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Joint adjustment: the answer
+ *
+ * Estimates of everything with their joint covariance. The answer holds its input, so that it can be
+ * solved again.
+ * ============================================================================================= */
+
+/** A survey solved. Immutable: any number of threads may read it. */
+typedef struct ptzcal_adjusted ptzcal_adjusted;
+
+/** What an adjustment says about itself. */
+typedef struct ptzcal_adjusted_summary {
+  /** Set by ptzcal_adjusted_summary_init. */
+  uint32_t struct_size;
+  /** Iterations of all refinements. */
+  uint32_t iterations;
+  /** Parameters, fixed ones included: the side of the covariance matrix. */
+  uint64_t parameters;
+  /** Stations. */
+  uint64_t stations;
+  /** Fixed cameras. */
+  uint64_t cameras;
+  /** Shots. */
+  uint64_t shots;
+  /** Spots given, those of the head camera and of the fixed ones. */
+  uint64_t spots;
+  /** Spots used; the others are outliers. */
+  uint64_t used;
+  /** How many warnings there are: see ptzcal_adjusted_warning. */
+  uint64_t warnings;
+  /** How many groups of fixed parameters the data want to move: see ptzcal_adjusted_get_suspect. */
+  uint64_t suspects;
+  /** How many parameters the data say next to nothing of: see ptzcal_adjusted_prior_only. */
+  uint64_t prior_only;
+  /** Degrees of freedom of chi2. */
+  uint64_t freedom;
+  /** Sum of squared residuals in units of their standard deviations, priors included. */
+  double chi2;
+  /**
+   * Chance of such residuals or larger when model and stated noise are right. Below 1e-3 the
+   * covariance was scaled by chi2 / freedom, where that is more than 1, and a warning says so.
+   */
+  double probability;
+  /** Noise that the residuals' median shows over the stated one, at least 1. */
+  double noise_factor;
+  /** Condition number of the normal equations, scaled to unit diagonal; 1 is perfect. */
+  double condition;
+} ptzcal_adjusted_summary;
+
+/**
+ * Frees an answer. Texts taken from it die with it; calibrations taken from it live on.
+ *
+ * @param adjusted The answer; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_adjusted_free(ptzcal_adjusted *adjusted) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a summary: everything 0.
+ *
+ * @param summary The struct.
+ * @param size    sizeof *summary.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_summary_init(ptzcal_adjusted_summary *summary,
+                                           size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * What the adjustment says about itself.
+ *
+ * @param adjusted The answer.
+ * @param summary  Receives the summary; set up by ptzcal_adjusted_summary_init.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_get_summary(const ptzcal_adjusted *adjusted,
+                                          ptzcal_adjusted_summary *summary,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The adjusted rig.
+ *
+ * @param adjusted The answer.
+ * @param model    Receives the model; set up by ptzcal_rig_model_init.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_get_rig_model(const ptzcal_adjusted *adjusted,
+                                            ptzcal_rig_model *model,
+                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Where the rig stood: X_world = rotation X_station + translation.
+ *
+ * @param adjusted The answer.
+ * @param station  The station's index.
+ * @param pose     Receives the pose; set up by ptzcal_pose_init; the figures of an estimate by roof
+ *                 edges are 0.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT when there is no such station.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_get_station(const ptzcal_adjusted *adjusted,
+                                          uint32_t station,
+                                          ptzcal_pose *pose,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * A fixed camera as a calibration of its own. Its covariance contains what is not known of rig and
+ * stations; its residuals and inliers are of its sightings in the order of the shots.
+ *
+ * @param adjusted    The answer.
+ * @param camera      The camera's index.
+ * @param calibration Receives the calibration; free it with ptzcal_calibration_free.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT when there is no such camera.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_get_calibration(const ptzcal_adjusted *adjusted,
+                                              uint32_t camera,
+                                              ptzcal_calibration **calibration,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The covariance of all parameters: p x p numbers, row-major, symmetric, p = the summary's
+ * `parameters`. Their order: PTZCAL_RIG_PARAMETERS of the rig (ptzcal_rig_parameter); six of every
+ * station (as ptzcal_adjustment_add_station takes them); then those of every camera (as
+ * ptzcal_calibration_copy_covariance has them). Rows and columns of fixed parameters are 0.
+ *
+ * @param adjusted The answer.
+ * @param buffer   Receives the numbers; may be NULL when capacity is 0.
+ * @param capacity How many numbers the buffer holds.
+ * @param needed   Receives how many there are, also when they do not fit; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_copy_covariance(const ptzcal_adjusted *adjusted,
+                                              double *buffer,
+                                              size_t capacity,
+                                              size_t *needed,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Name of a parameter of the covariance, such as "laser x0" or "camera 1 position z".
+ *
+ * @param adjusted The answer; may be NULL.
+ * @param index    The parameter.
+ * @return A string that lives as long as the answer; "" when there is no such parameter; never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_adjusted_parameter_name(const ptzcal_adjusted *adjusted,
+                                           size_t index) PTZCAL_NOEXCEPT;
+
+/**
+ * Solves the same survey again with the same options: the same bits.
+ *
+ * @param adjusted The answer.
+ * @param cancel   Ends the call early from another thread; may be NULL.
+ * @param result   Receives the new answer; free it with ptzcal_adjusted_free.
+ * @param error    Receives the error; may be NULL.
+ * @return As ptzcal_adjustment_solve.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_resolve(const ptzcal_adjusted *adjusted,
+                                      const ptzcal_cancel *cancel,
+                                      ptzcal_adjusted **result,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Joint adjustment: does it fit?
+ *
+ * A chi-square test of all residuals (`probability` of the summary), a score test of every group of
+ * parameters that was kept fixed, and what the data determine worst, also in words for a person.
+ * ============================================================================================= */
+
+/** A group of parameters that was fixed, and should perhaps not have been (a score test, Rao 1948). */
+typedef struct ptzcal_suspect {
+  /** Set by ptzcal_suspect_init. */
+  uint32_t struct_size;
+  /** Parameters of the group: the gain's degrees of freedom. */
+  uint32_t parameters;
+  /** By how much chi2 would fall, to first order, were the group free. */
+  double gain;
+  /** Chance of such a gain or a larger one when the group is rightly fixed. */
+  double probability;
+} ptzcal_suspect;
+
+/**
+ * What a person should know of the answer, one line of English UTF-8: a misfit, what it comes
+ * from, a prior that contradicts the data. The wording may change in any version; decide by their
+ * number, by `probability` and by the suspects.
+ *
+ * @param adjusted The answer; may be NULL.
+ * @param index    From 0 to the summary's `warnings` less 1.
+ * @return A string that lives as long as the answer; "" when there is no such warning; never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_adjusted_warning(const ptzcal_adjusted *adjusted, size_t index) PTZCAL_NOEXCEPT;
+
+/**
+ * What the data and priors determine worst, and what to add, one line of English UTF-8.
+ *
+ * @param adjusted The answer; may be NULL.
+ * @return A string that lives as long as the answer; "" for NULL; never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_adjusted_weakest(const ptzcal_adjusted *adjusted) PTZCAL_NOEXCEPT;
+
+/**
+ * Name of a parameter of which the data say next to nothing: 0.95 or more of its prior standard
+ * deviation is left.
+ *
+ * @param adjusted The answer; may be NULL.
+ * @param index    From 0 to the summary's `prior_only` less 1.
+ * @return A string that lives as long as the answer; "" when there is no such parameter; never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_adjusted_prior_only(const ptzcal_adjusted *adjusted,
+                                       size_t index) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a suspect: everything 0.
+ *
+ * @param suspect The struct.
+ * @param size    sizeof *suspect.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_suspect_init(ptzcal_suspect *suspect, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * A group of fixed parameters that the data want to move, the most wanted first.
+ *
+ * @param adjusted The answer.
+ * @param index    From 0 to the summary's `suspects` less 1.
+ * @param suspect  Receives the suspect; set up by ptzcal_suspect_init.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT when there is no such suspect.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_get_suspect(const ptzcal_adjusted *adjusted,
+                                          size_t index,
+                                          ptzcal_suspect *suspect,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Name of a suspect, such as "the axis offsets".
+ *
+ * @param adjusted The answer; may be NULL.
+ * @param index    From 0 to the summary's `suspects` less 1.
+ * @return A string that lives as long as the answer; "" when there is no such suspect; never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_adjusted_suspect_name(const ptzcal_adjusted *adjusted,
+                                         size_t index) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Joint adjustment: points
+ *
+ * Where the laser hit, in the world, with covariances that contain what is not known of the rig, its
+ * stations and the cameras.
+ * ============================================================================================= */
+
+/**
+ * Which spots of the head camera were used: n bytes, n = the summary's `shots`; 1 for an inlier, 0
+ * for an outlier and where the head camera saw none.
+ *
+ * @param adjusted The answer.
+ * @param buffer   Receives the bytes; may be NULL when capacity is 0.
+ * @param capacity How many bytes the buffer holds.
+ * @param needed   Receives how many there are, also when they do not fit; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_copy_head_inliers(const ptzcal_adjusted *adjusted,
+                                                uint8_t *buffer,
+                                                size_t capacity,
+                                                size_t *needed,
+                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Where a shot hit, by all who saw it.
+ *
+ * @param adjusted   The answer.
+ * @param shot       The shot's index.
+ * @param xyz        Receives 3 numbers: the point in the world, metres.
+ * @param covariance Receives 9 numbers: its covariance, row-major, m^2, which contains what is not
+ *                   known of rig, station and cameras (of rank one, along the beam, when rig and
+ *                   station are exact); may be NULL.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNREACHABLE for a shot at infinity or one of which no spot
+ *         was used; PTZCAL_STATUS_INVALID_ARGUMENT when there is no such shot.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_shot_point(const ptzcal_adjusted *adjusted,
+                                         size_t shot,
+                                         double *xyz,
+                                         double *covariance,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Measures new spots of the head camera with the adjusted rig.
+ *
+ * @param adjusted        The answer.
+ * @param station         Where the rig stands.
+ * @param pan_tilt        n x 2 numbers: readings at each shot, radians.
+ * @param spots           n x 2 numbers: the spot's pixel in the head camera.
+ * @param spot_covariance n x 3 numbers: xx, xy, yy, px^2; may be NULL: 1 px, uncorrelated.
+ * @param n               Number of shots.
+ * @param xyz             Receives n x 3 numbers: points in the world, metres.
+ * @param covariance      Receives n x 9 numbers: covariance of each point, row-major, m^2, those of
+ *                        rig and station included; may be NULL.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNREACHABLE for a spot at or beyond infinity;
+ *         PTZCAL_STATUS_NOT_FINITE (index: the shot); PTZCAL_STATUS_INVALID_ARGUMENT for a station
+ *         that does not exist, a spot outside the lens model or a covariance that is none.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_measure(const ptzcal_adjusted *adjusted,
+                                      uint32_t station,
+                                      const double *pan_tilt,
+                                      const double *spots,
+                                      const double *spot_covariance,
+                                      size_t n,
+                                      double *xyz,
+                                      double *covariance,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Joint adjustment: solving
+ *
+ * The maximum-likelihood estimate of everything that is free, from a cold start, by
+ * ptzcal_adjustment_solve. Gross outliers are set aside, and the residuals and every fixed group of
+ * parameters are tested: the answer's warnings say whether model and stated noise can be believed.
+ * ============================================================================================= */
+
+/** How a survey is solved. The defaults are right for spots that the library detected. */
+typedef struct ptzcal_adjust_options {
+  /** Set by ptzcal_adjust_options_init. */
+  uint32_t struct_size;
+  /** 1 (the default): gross outliers are found and set aside. 0: all spots are used. */
+  uint32_t robust;
+  /** Most iterations of one refinement, 1 to 10000; the default is 100. */
+  uint32_t max_iterations;
+  /** 0. */
+  uint32_t reserved;
+  /** Seed of the consensus that starts each camera; the default is 1. */
+  uint64_t seed;
+  /**
+   * Standard deviation of the head's true pan about its readings, from shot to shot
+   * (repeatability and quantisation), radians; the default is 0: the encoders are exact.
+   */
+  double pointing_sigma_pan;
+  /** The same of tilt. */
+  double pointing_sigma_tilt;
+  /**
+   * Residuals of more standard deviations than this count linearly (Huber 1964), positive; the
+   * default is 3; INFINITY: least squares.
+   */
+  double huber;
+  /**
+   * Largest standard deviation over focal length of a camera, positive: above it the answer is
+   * refused (PTZCAL_STATUS_DEGENERATE); the default is 0.1; INFINITY takes whatever was found.
+   */
+  double max_focal_deviation;
+} ptzcal_adjust_options;
+
+/**
+ * Sets up options with their defaults.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjust_options_init(ptzcal_adjust_options *options,
+                                         size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Solves a survey. It is in use until the call returns: other threads may solve it too, but adding
+ * to it is PTZCAL_STATUS_BUSY. The same survey, options and seed give the same bits.
+ *
+ * @param adjustment The survey.
+ * @param options    The options, set up by ptzcal_adjust_options_init; may be NULL: the defaults.
+ * @param cancel     Ends the call early from another thread; may be NULL.
+ * @param result     Receives the answer; free it with ptzcal_adjusted_free.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS and other reasons of
+ *         ptzcal_calibrate_camera (index: the camera that cannot be calibrated);
+ *         PTZCAL_STATUS_DEGENERATE (the message names what trades off and what to add);
+ *         PTZCAL_STATUS_BAD_STATE when nothing is free, or for an unknown station that shares no
+ *         camera with the others; PTZCAL_STATUS_BEHIND_CAMERA (index: the shot) when robust is 0;
+ *         PTZCAL_STATUS_NO_CONSENSUS; PTZCAL_STATUS_NO_CONVERGENCE; PTZCAL_STATUS_LENS_NOT_MONOTONE;
+ *         PTZCAL_STATUS_CANCELLED; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_solve(const ptzcal_adjustment *adjustment,
+                                      const ptzcal_adjust_options *options,
+                                      const ptzcal_cancel *cancel,
+                                      ptzcal_adjusted **result,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
  * Files

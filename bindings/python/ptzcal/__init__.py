@@ -6,7 +6,21 @@ image positions pixels; pixel (0, 0) is the centre of the top-left pixel. Calls 
 
 from ._native import abi_version, version
 from .adjust import Adjusted, Adjustment, RigParameter, Suspect
-from .calibrate import Calibration, Correspondences, calibrate_camera
+from .boards import (
+    BoardCalibration,
+    Boards,
+    BoardView,
+    LaserCalibration,
+    calibrate_from_boards,
+    calibrate_laser_line,
+)
+from .calibrate import (
+    Calibration,
+    Correspondences,
+    calibrate_camera,
+    division_eigenproblem,
+    radial_alignment,
+)
 from .camera import Camera, DistortionModel
 from .cancel import Cancel
 from .detect import LaserColour, Spot, SpotOptions, detect_spot
@@ -23,6 +37,9 @@ __version__ = version()
 __all__ = [
     "Adjusted",
     "Adjustment",
+    "BoardCalibration",
+    "BoardView",
+    "Boards",
     "Calibration",
     "Camera",
     "Cancel",
@@ -35,6 +52,7 @@ __all__ = [
     "Gate",
     "HEAD_CAMERA",
     "InvalidArgument",
+    "LaserCalibration",
     "LaserColour",
     "LogLevel",
     "Motion",
@@ -60,6 +78,10 @@ __all__ = [
     "Suspect",
     "abi_version",
     "calibrate_camera",
+    "calibrate_from_boards",
+    "calibrate_laser_line",
+    "division_eigenproblem",
+    "radial_alignment",
     "detect_spot",
     "estimate_pose_roof_edges",
     "version",

@@ -21,7 +21,7 @@ from ._arrays import (
     vector,
 )
 from ._native import NO_CAMERA, Handle, call, lib
-from .calibrate import Calibration, Options, lens_settings
+from .calibrate import Calibration, chosen_options
 from .camera import Camera, DistortionModel
 from .cancel import Cancel, pointer_of
 from .errors import Error, Status
@@ -139,8 +139,11 @@ class Adjustment(Handle):
     ) -> int:
         """Adds a fixed camera; returns its index. Settings as in calibrate_camera."""
         size = unsigned(width, "width"), unsigned(height, "height")
-        options = Options(lens_settings(distortion, lens, skew_sigma, aspect_sigma))
-        return self._add(lib.ptzcal_adjustment_add_camera, *size, options._pointer)
+        options = chosen_options(
+            distortion=distortion, lens=lens, skew_sigma=skew_sigma, aspect_sigma=aspect_sigma
+        )
+        chosen = None if options is None else options._pointer
+        return self._add(lib.ptzcal_adjustment_add_camera, *size, chosen)
 
     def add_calibrated_camera(self, calibration: Calibration) -> int:
         """Adds a fixed camera with an earlier calibration as its prior; returns its index.
@@ -311,7 +314,7 @@ class Adjusted(Handle):
         """Each camera; its covariance contains what is not known of rig and stations."""
         get = lib.ptzcal_adjusted_get_calibration
         count = self._summary.cameras
-        return tuple(Calibration._made_by(get, self._pointer, i) for i in range(count))
+        return tuple(Calibration._made(get, self._pointer, i) for i in range(count))
 
     @cached_property
     def stations(self) -> Tuple[Pose, ...]:
