@@ -6,6 +6,9 @@ use std::fs;
 use std::mem::{offset_of, size_of};
 use std::process::Command;
 
+use ptzcal::capi::adjust::ptzcal_adjust_options;
+use ptzcal::capi::adjusted::ptzcal_adjusted_summary;
+use ptzcal::capi::adjusted_check::ptzcal_suspect;
 use ptzcal::capi::boards::ptzcal_board_view;
 use ptzcal::capi::calibrate::ptzcal_calibration_summary;
 use ptzcal::capi::camera::ptzcal_camera;
@@ -54,6 +57,11 @@ fn rust() -> String {
     layout!(out, ptzcal_region: struct_size pan_steps tilt_steps reserved pan_min pan_max tilt_min tilt_max);
     layout!(out, ptzcal_scan_summary: struct_size complete positions shots resumed found fixed_cameras
         journal_damaged journal_cut);
+    layout!(out, ptzcal_adjusted_summary: struct_size iterations parameters stations cameras shots spots
+        used warnings suspects prior_only freedom chi2 probability noise_factor condition);
+    layout!(out, ptzcal_suspect: struct_size parameters gain probability);
+    layout!(out, ptzcal_adjust_options: struct_size robust max_iterations reserved seed
+        pointing_sigma_pan pointing_sigma_tilt huber max_focal_deviation);
     out
 }
 
