@@ -156,11 +156,12 @@ fn example_adjusts_rig_and_cameras() {
     }
 }
 
-/// The block of the README in a language that names `what`.
+/// The README's block in a language that names `what`.
 fn readme(language: &str, what: &str) -> String {
     let text = std::fs::read_to_string(root().join("README.md")).unwrap();
-    let blocks = text.split(&format!("```{language}\n")).skip(1).map(|b| b.split("```").next().unwrap().to_owned());
-    blocks.into_iter().find(|b| b.contains(what)).expect("the README's block")
+    let fence = format!("```{language}\n");
+    let mut blocks = text.split(&fence).skip(1).map(|b| b.split("```").next().unwrap());
+    blocks.find(|b| b.contains(what)).expect("the README's block").to_owned()
 }
 
 #[test]
