@@ -5,6 +5,7 @@ from typing import Any, Callable, Iterator, Optional
 
 import numpy as np
 
+import joint
 import ptzcal
 import scenes
 
@@ -410,4 +411,76 @@ def _brown_conrady(camera, xyz):
     return np.c_[camera.fx * a + camera.cx, camera.fy * b + camera.cy]
 
 
-GROUPS = (spots, spot_centres, calibrations, robust_calibrations, aiming, calls)
+# ---- rig and cameras together ------------------------------------------------------------------
+
+
+def _adjustment(s: joint.Survey) -> ptzcal.Adjustment:
+    values = joint.RIG
+    focal = np.exp(values[4])
+    believed = ptzcal.RigModel(720, 576, focal, focal, *values[5:7], *values[:4])
+    survey = ptzcal.Adjustment(believed)
+    sigmas = np.zeros(15)
+    sigmas[joint.RIG_PLACES] = joint.RIG_SIGMA
+    survey.set_rig_covariance(np.diag(sigmas**2))
+    survey.add_station(np.eye(3), np.zeros(3))
+    covariance = np.eye(2) * joint.SIGMA**2
+    survey.add_shots(0, np.c_[s.pan, s.tilt], s.head, spot_covariance=covariance)
+    for i in range(len(s.intrinsics)):
+        survey.add_camera(joint.WIDTH, joint.HEIGHT, skew_sigma=0.0, aspect_sigma=joint.ASPECT_SIGMA)
+        own = s.camera == i
+        survey.add_sightings(i, s.shot[own], s.uv[own], uv_covariance=covariance)
+    return survey
+
+
+def adjustments() -> Iterator[Task]:
+    """Ours from a cold start, with its covariance and outliers looked for; SciPy from the truth
+    shifted by a few pixels and centimetres, with the Jacobian's sparsity given, without covariance."""
+    for cameras in (1, 20):
+        s = joint.survey(2021 if cameras == 1 else 2000, cameras)
+        survey = _adjustment(s)
+
+        def ours(survey=survey):
+            return survey.solve()
+
+        def scipy_solve(s=s, cameras=cameras):
+            rng = np.random.default_rng(9)
+            rig = joint.RIG.copy()
+            rig[7:11] = 0
+            start = np.c_[
+                s.intrinsics + rng.normal(0, 5, s.intrinsics.shape),
+                rng.normal(0, 0.01, (cameras, 3)),
+                s.centres + rng.normal(0, 0.03, (cameras, 3)),
+            ]
+            # Inverse depths by the spots' place on their line.
+            line = np.exp(rig[4]) * rig[:2]
+            off = s.head - (np.exp(rig[4]) * rig[2:4] + rig[5:7])
+            rho = off @ line / (line @ line)
+            p = np.concatenate([rig, start.ravel(), rho])
+            residuals, sparsity = joint.scipy_adjustment(s, s.rotations, p)
+            return scipy.optimize.least_squares(
+                residuals, p, jac_sparsity=sparsity, x_scale="jac", method="trf", ftol=1e-10, xtol=1e-12
+            )
+
+        def ours_error(result, s=s):
+            found = np.array([c.camera.centre for c in result.calibrations])
+            return 1e3 * np.sqrt(np.mean(np.sum((found - s.centres) ** 2, axis=1)))
+
+        def scipy_error(result, s=s, cameras=cameras):
+            n = len(joint.RIG)
+            found = result.x[n : n + 10 * cameras].reshape(cameras, 10)[:, 7:]
+            return 1e3 * np.sqrt(np.mean(np.sum((found - s.centres) ** 2, axis=1)))
+
+        yield Task(
+            "adjust rig and cameras",
+            f"{len(s.pan)} shots, {cameras} camera{'s' * (cameras > 1)}",
+            "SciPy least_squares, sparse",
+            ours,
+            _with(scipy, scipy_solve),
+            ours_error,
+            scipy_error,
+            "mm",
+            30.0,
+        )
+
+
+GROUPS = (spots, spot_centres, calibrations, robust_calibrations, adjustments, aiming, calls)

@@ -90,11 +90,11 @@ pub struct ptzcal_adjusted_summary {
     /// How many parameters the data say next to nothing of: see ptzcal_adjusted_prior_only.
     pub prior_only: u64,
     /// Degrees of freedom of chi2.
-    pub freedom: u64,
+    pub degrees_of_freedom: u64,
     /// Sum of squared residuals in units of their standard deviations, priors included.
     pub chi2: f64,
     /// Chance of such residuals or larger when model and stated noise are right. Below 1e-3 the
-    /// covariance was scaled by chi2 / freedom, where that is more than 1, and a warning says so.
+    /// covariance was scaled by chi2 / degrees_of_freedom, where that is more than 1, and a warning says so.
     pub probability: f64,
     /// Noise that the residuals' median shows over the stated one, at least 1.
     pub noise_factor: f64,
@@ -119,7 +119,7 @@ unsafe impl SizedStruct for ptzcal_adjusted_summary {
             warnings: 0,
             suspects: 0,
             prior_only: 0,
-            freedom: 0,
+            degrees_of_freedom: 0,
             chi2: 0.0,
             probability: 0.0,
             noise_factor: 0.0,
@@ -150,7 +150,7 @@ impl From<&ptzcal_adjusted> for ptzcal_adjusted_summary {
             warnings: answer.warnings.len() as u64,
             suspects: answer.suspects.len() as u64,
             prior_only: answer.prior_only.len() as u64,
-            freedom: a.check.freedom as u64,
+            degrees_of_freedom: a.check.freedom as u64,
             chi2: a.check.chi2,
             probability: a.check.probability,
             noise_factor: a.noise_factor,

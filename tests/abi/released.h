@@ -4160,12 +4160,12 @@ typedef struct ptzcal_adjusted_summary {
   /** How many parameters the data say next to nothing of: see ptzcal_adjusted_prior_only. */
   uint64_t prior_only;
   /** Degrees of freedom of chi2. */
-  uint64_t freedom;
+  uint64_t degrees_of_freedom;
   /** Sum of squared residuals in units of their standard deviations, priors included. */
   double chi2;
   /**
    * Chance of such residuals or larger when model and stated noise are right. Below 1e-3 the
-   * covariance was scaled by chi2 / freedom, where that is more than 1, and a warning says so.
+   * covariance was scaled by chi2 / degrees_of_freedom, where that is more than 1, and a warning says so.
    */
   double probability;
   /** Noise that the residuals' median shows over the stated one, at least 1. */

@@ -124,6 +124,7 @@ static void a_camera_is_found(const ptzcal_adjusted *adjusted, uint32_t camera)
     CHECK_NEAR(at[i], wanted[i], 4.5 * sigma(first + 8 + i));
     CHECK(sigma(first + 8 + i) < 0.03);
   }
+  ptzcal_calibration_free(calibration);
   CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, ptzcal_adjusted_get_calibration(adjusted, 2, &calibration, NULL));
   CHECK(calibration == NULL);
 }
@@ -197,7 +198,7 @@ static void a_survey(void)
   CHECK(summary.suspects == 0 && summary.warnings == 0 && summary.probability > 1e-3);
   CHECK(summary.parameters == P && summary.stations == 2 && summary.cameras == 2 && summary.shots == 2 * N);
   CHECK(summary.spots == 6 * N && summary.used > 6 * N - 60 && summary.used <= summary.spots);
-  CHECK(summary.freedom > 3 * N && summary.iterations > 0 && summary.condition > 1.0 && summary.noise_factor >= 1.0);
+  CHECK(summary.degrees_of_freedom > 3 * N && summary.iterations > 0 && summary.condition > 1.0 && summary.noise_factor >= 1.0);
   CHECK(strncmp(ptzcal_adjusted_weakest(adjusted), "weakest: ", 9) == 0);
   CHECK((summary.prior_only == 0) == (strlen(ptzcal_adjusted_prior_only(adjusted, 0)) == 0));
 
@@ -429,7 +430,7 @@ static void bad_shots(void)
 static void surveys_that_cannot_tell(void)
 {
   ptzcal_adjustment *survey = make(0);
-  ptzcal_adjusted *result;
+  ptzcal_adjusted *result, *again;
   ptzcal_adjust_options options;
   ptzcal_cancel *cancel;
   double sigmas[RIG] = {0};
@@ -462,8 +463,9 @@ static void surveys_that_cannot_tell(void)
 
   CHECK_OK(ptzcal_cancel_new(&cancel, NULL));
   CHECK_OK(ptzcal_cancel_request(cancel));
-  CHECK_STATUS(PTZCAL_STATUS_CANCELLED, ptzcal_adjusted_resolve(result, cancel, &result, NULL));
-  CHECK(result == NULL);
+  CHECK_STATUS(PTZCAL_STATUS_CANCELLED, ptzcal_adjusted_resolve(result, cancel, &again, NULL));
+  CHECK(again == NULL);
+  ptzcal_adjusted_free(result);
   CHECK_STATUS(PTZCAL_STATUS_CANCELLED, ptzcal_adjustment_solve(survey, &options, cancel, &result, NULL));
   ptzcal_cancel_free(cancel);
 

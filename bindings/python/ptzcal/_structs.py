@@ -214,7 +214,7 @@ class ptzcal_adjusted_summary(Structure):
         ("warnings", c_uint64),
         ("suspects", c_uint64),
         ("prior_only", c_uint64),
-        ("freedom", c_uint64),
+        ("degrees_of_freedom", c_uint64),
         ("chi2", c_double),
         ("probability", c_double),
         ("noise_factor", c_double),

@@ -448,9 +448,9 @@ class Adjusted(Handle):
         return self._summary.chi2
 
     @property
-    def freedom(self) -> int:
+    def degrees_of_freedom(self) -> int:
         """Degrees of freedom of chi2."""
-        return self._summary.freedom
+        return self._summary.degrees_of_freedom
 
     @property
     def probability(self) -> float:

@@ -113,7 +113,7 @@ class Survey(TestCase):
         self.assertEqual(result.head_inliers.shape, (600,))
         self.assertEqual((result.warnings, result.suspects), ((), ()))
         self.assertGreater(result.probability, 1e-3)
-        self.assertClose(result.chi2 / result.freedom, 1, atol=0.15)
+        self.assertClose(result.chi2 / result.degrees_of_freedom, 1, atol=0.15)
         self.assertGreater(result.condition, 1)
         self.assertGreater(result.iterations, 0)
         self.assertGreaterEqual(result.noise_factor, 1)
