@@ -50,7 +50,7 @@ fn group(name: &str) -> String {
     format!("{owner} {what}")
 }
 
-/// Shares of groups in the eigenvector of the smallest eigenvalue, largest first, down to a tenth.
+/// Shares of groups in the eigenvector of the smallest eigenvalue, largest first: two, and those with a tenth.
 pub(crate) fn shares(vectors: &Mat<f64>, names: &[String]) -> Vec<(String, f64)> {
     let mut groups: Vec<(String, f64)> = Vec::new();
     for (i, name) in names.iter().enumerate() {
@@ -62,7 +62,9 @@ pub(crate) fn shares(vectors: &Mat<f64>, names: &[String]) -> Vec<(String, f64)>
         }
     }
     groups.sort_by(|a, b| b.1.total_cmp(&a.1));
-    groups.retain(|(_, s)| *s >= 0.1);
+    // Two at least: with many cameras none has a tenth.
+    let large = groups.iter().filter(|(_, s)| *s >= 0.1).count();
+    groups.truncate(large.max(2));
     groups
 }
 
