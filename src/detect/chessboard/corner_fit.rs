@@ -20,7 +20,7 @@ const SETTLED: f64 = 0.004;
 const MAX_RADIUS: f64 = 7.0;
 /// Window beyond the centre: RADIUS_BLURS blurs and RADIUS_MARGIN pixels.
 const RADIUS_BLURS: f64 = 2.5;
-const RADIUS_MARGIN: f64 = 2.5;
+const RADIUS_MARGIN: f64 = 3.5;
 /// Blurs to keep from the next edges.
 const EDGE_BLURS: f64 = 1.5;
 const MIN_BLUR: f64 = 0.25;

@@ -9,7 +9,7 @@ const MAX_STEP: f32 = 44.0;
 const MIN_STEP: f32 = 3.0;
 const CELL: f32 = 11.0;
 /// Sine of the greatest angle between an edge and the way to the next corner.
-const MAX_TURN: f32 = 0.30;
+const MAX_TURN: f32 = 0.5;
 /// Sine of the greatest angle between edges that ought to be parallel.
 const MAX_SKEW: f32 = 0.45;
 /// How far a corner may be from its prediction, in steps.

@@ -88,7 +88,19 @@ impl Scene {
         corners
     }
 
-    /// Light that comes to a place of the image, no blur.
+    /// Where a place of the image lies on the board, squares from the board's corner.
+    fn on_board(&self, u: f64, v: f64, inverse: &Rotation3<f64>) -> Option<[f64; 2]> {
+        let [cx, cy] = self.centre();
+        let (x, y) = ((u - cx) / self.focal, (v - cy) / self.focal);
+        let s = 1.0 + self.bend * (x * x + y * y);
+        let ray = inverse * Vector3::new(s * x, s * y, 1.0);
+        let origin = inverse * -Vector3::from(self.place);
+        let t = -origin.z / ray.z;
+        let [columns, rows] = self.board.map(|n| n as f64);
+        (t > 0.0).then(|| [origin.x + t * ray.x + 0.5 * (columns + 1.0), origin.y + t * ray.y + 0.5 * (rows + 1.0)])
+    }
+
+    /// Light of a sample of the image, without blur.
     fn level(&self, u: f64, v: f64, inverse: &Rotation3<f64>, waves: &[[f64; 3]]) -> f64 {
         let [cx, cy] = self.centre();
         let [width, height] = self.image.map(f64::from);
@@ -97,24 +109,28 @@ impl Scene {
         if let Some(h) = self.hidden.iter().find(|h| u >= h[0] && v >= h[1] && u < h[2] && v < h[3]) {
             return h[4] * light;
         }
-        let (x, y) = ((u - cx) / self.focal, (v - cy) / self.focal);
-        let s = 1.0 + self.bend * (x * x + y * y);
-        let ray = inverse * Vector3::new(s * x, s * y, 1.0);
-        let origin = inverse * -Vector3::from(self.place);
-        let t = -origin.z / ray.z;
         let [columns, rows] = self.board.map(|n| n as f64);
-        // Squares from the board's corner.
-        let (a, b) = (origin.x + t * ray.x + 0.5 * (columns + 1.0), origin.y + t * ray.y + 0.5 * (rows + 1.0));
-        let on = |margin: f64| {
-            t > 0.0 && a > -margin && b > -margin && a < columns + 1.0 + margin && b < rows + 1.0 + margin
-        };
-        let level = if on(0.0) {
-            if (a.floor() + b.floor()).rem_euclid(2.0) < 0.5 { self.dark } else { self.bright }
-        } else if on(1.0) {
-            self.bright
-        } else {
-            let texture: f64 = waves.iter().map(|[fx, fy, phase]| (fx * u + fy * v + phase).sin().signum()).sum();
-            0.5 * (self.dark + self.bright) + self.clutter * texture / 3.0
+        let inside = |[a, b]: [f64; 2], m: f64| a > -m && b > -m && a < columns + 1.0 + m && b < rows + 1.0 + m;
+        let here = self.on_board(u, v, inverse);
+        let level = match here {
+            Some(p) if inside(p, 0.0) => {
+                // Edges are ramps as wide as a sample: point samples would move them.
+                let d = 1.0 / SAMPLES as f64;
+                let right = self.on_board(u + d, v, inverse).unwrap_or(p);
+                let below = self.on_board(u, v + d, inverse).unwrap_or(p);
+                let wave = |k: usize| {
+                    let slope = (right[k] - p[k]).hypot(below[k] - p[k]);
+                    let nearest = p[k].round();
+                    let sign = if nearest.rem_euclid(2.0) < 0.5 { 1.0 } else { -1.0 };
+                    sign * (2.0 * (p[k] - nearest) / slope).clamp(-1.0, 1.0)
+                };
+                0.5 * (self.bright + self.dark) - 0.5 * (self.bright - self.dark) * wave(0) * wave(1)
+            }
+            Some(p) if inside(p, 1.0) => self.bright,
+            _ => {
+                let texture: f64 = waves.iter().map(|[fx, fy, phase]| (fx * u + fy * v + phase).sin().signum()).sum();
+                0.5 * (self.dark + self.bright) + self.clutter * texture / 3.0
+            }
         };
         level * light
     }
