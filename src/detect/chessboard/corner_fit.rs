@@ -14,22 +14,20 @@ type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
 type Vector = SVector<f64, PARAMETERS>;
 
 const MAX_ITERATIONS: usize = 10;
-/// A step of the centre below this is the end, pixels.
-const SETTLED: f64 = 0.004;
-/// Greatest radius of the window: lenses bend longer edges.
-const MAX_RADIUS: f64 = 7.0;
-/// Window beyond the centre: RADIUS_BLURS blurs and RADIUS_MARGIN pixels.
-const RADIUS_BLURS: f64 = 2.5;
-const RADIUS_MARGIN: f64 = 3.5;
+/// After a step of the centre below this what is left is a hundredth of it, pixels.
+const SETTLED: f64 = 0.02;
+/// Part of a step that is taken when it turns back.
+const BACK: f64 = 0.6;
+/// Of the window, pixels: lenses bend longer edges.
+const RADIUS: f64 = 6.5;
 /// Blurs to keep from the next edges.
 const EDGE_BLURS: f64 = 1.5;
 const MIN_BLUR: f64 = 0.25;
 /// Variance of rounding to whole grey levels: no fit is better.
 const QUANTISATION: f64 = 1.0 / 12.0;
-/// Least share of the window's variance that a corner explains.
-const MIN_EXPLAINED: f64 = 0.6;
-/// Correlations of the edges that are too small to matter.
+/// Correlations of the edges that are too small to matter, and exponents.
 const PERPENDICULAR: f64 = 0.02;
+const NEGLIGIBLE: f64 = -8.0;
 
 /// What is known of a corner before it is fitted; pixels of the image.
 #[derive(Debug, Clone, Copy)]
@@ -51,6 +49,9 @@ pub struct CornerFit {
     pub blur: f64,
     /// Half the difference of bright and dark, grey levels.
     pub amplitude: f64,
+    /// Mean square of the residuals, and variance of the window's pixels.
+    pub residual: f64,
+    pub variance: f64,
 }
 
 /// erf(z / sqrt 2) and its derivative at multiples of 1 / `STEPS`, up to `REACH`.
@@ -108,34 +109,41 @@ impl Start {
             self.blur.max(MIN_BLUR),
         ]);
         model.start_levels(&window, profile)?;
+        let mut last = [0.0; 2];
         for _ in 0..MAX_ITERATIONS {
             let normal = model.normal(&window, profile);
-            let step = normal.matrix.cholesky()?.solve(&normal.gradient);
+            let factor = normal.matrix.cholesky()?;
+            let step = factor.solve(&normal.gradient);
             let moved = step[0].hypot(step[1]);
-            let bounded = step * (1.0 / moved.max(1.0));
-            model.p += bounded;
+            // Sharp images have steps that go too far and come back.
+            let back = step[0] * last[0] + step[1] * last[1] < 0.0;
+            last = [step[0], step[1]];
+            model.p += step * (if back { BACK } else { 1.0 } / moved.max(1.0));
             model.p[4] = model.p[4].max(MIN_BLUR);
-            if !model.is_possible(self, window.radius) {
+            if !model.is_possible(self) {
                 return None;
             }
             if moved < SETTLED {
-                break;
+                // What the step takes off the cost, which is all but quadratic by now.
+                let cost = normal.cost - step.dot(&normal.gradient);
+                return self.judge(&model, cost, &factor.inverse(), &window);
             }
         }
-        self.judge(&model, &window, profile)
+        None
     }
 
-    fn judge(&self, model: &Model, window: &Window, profile: &EdgeProfile) -> Option<CornerFit> {
-        let normal = model.normal(window, profile);
+    fn judge(&self, model: &Model, cost: f64, inverse: &Matrix, window: &Window) -> Option<CornerFit> {
         let count = window.pixels.len() as f64;
-        let noise = (normal.cost / (count - PARAMETERS as f64)).max(QUANTISATION);
-        let inverse = normal.matrix.cholesky()?.inverse();
-        let covariance = [inverse[(0, 0)], inverse[(0, 1)], inverse[(1, 1)]].map(|c| noise * c);
-        let explained = 1.0 - normal.cost / window.variation().max(1e-9);
-        let amplitude = if self.bright { model.p[6] } else { -model.p[6] };
-        let good = explained >= MIN_EXPLAINED && amplitude > 0.0 && covariance.iter().all(|c| c.is_finite());
-        let fit = CornerFit { position: [model.p[0], model.p[1]], covariance, blur: model.p[4], amplitude };
-        good.then_some(fit)
+        let noise = (cost / (count - PARAMETERS as f64)).max(QUANTISATION);
+        let fit = CornerFit {
+            position: [model.p[0], model.p[1]],
+            covariance: [inverse[(0, 0)], inverse[(0, 1)], inverse[(1, 1)]].map(|c| noise * c),
+            blur: model.p[4],
+            amplitude: if self.bright { model.p[6] } else { -model.p[6] },
+            residual: cost / count,
+            variance: window.variation() / count,
+        };
+        (fit.amplitude > 0.0 && fit.covariance.iter().all(|c| c.is_finite())).then_some(fit)
     }
 }
 
@@ -143,7 +151,6 @@ impl Start {
 struct Window {
     /// x, y and level.
     pixels: Vec<[f64; 3]>,
-    radius: f64,
 }
 
 impl Window {
@@ -151,7 +158,6 @@ impl Window {
         let [u, v] = start.steps;
         let area = u[0] * v[1] - u[1] * v[0];
         let [cx, cy] = start.position;
-        let radius = (RADIUS_BLURS * start.blur + RADIUS_MARGIN).min(MAX_RADIUS);
         // Distances between parallel edges, and how much of them is free.
         let free = |side: [f64; 2]| {
             let distance = area / side[0].hypot(side[1]);
@@ -161,8 +167,8 @@ impl Window {
         if !(area > 1.0) {
             return None;
         }
-        let [left, right] = [(cx - radius).ceil(), (cx + radius).floor()];
-        let [top, bottom] = [(cy - radius).ceil(), (cy + radius).floor()];
+        let [left, right] = [(cx - RADIUS).ceil(), (cx + RADIUS).floor()];
+        let [top, bottom] = [(cy - RADIUS).ceil(), (cy + RADIUS).floor()];
         // A corner at the image's border has no whole window.
         let inside = left >= 0.0 && top >= 0.0 && right < image.width() as f64 && bottom < image.height() as f64;
         if !inside {
@@ -175,12 +181,12 @@ impl Window {
                 let dx = x as f64 - cx;
                 let along_u = (dx * v[1] - dy * v[0]) / area;
                 let along_v = (u[0] * dy - u[1] * dx) / area;
-                if dx * dx + dy * dy <= radius * radius && along_u.abs() <= free_u && along_v.abs() <= free_v {
+                if dx * dx + dy * dy <= RADIUS * RADIUS && along_u.abs() <= free_u && along_v.abs() <= free_v {
                     pixels.push([x as f64, y as f64, *level as f64]);
                 }
             }
         }
-        (pixels.len() >= 2 * PARAMETERS).then_some(Self { pixels, radius })
+        (pixels.len() >= 2 * PARAMETERS).then_some(Self { pixels })
     }
 
     /// Sum of squares about the mean.
@@ -225,13 +231,21 @@ impl Model {
         let [(s1, c1), (s2, c2)] = [self.p[2].sin_cos(), self.p[3].sin_cos()];
         let sharpness = 1.0 / self.p[4];
         // Both normals point into the square between the edges.
-        Edges { normals: [[-s1, c1], [s2, -c2]], correlation: -(s1 * s2 + c1 * c2), sharpness }
+        let normals = [[-s1, c1], [s2, -c2]];
+        let correlation = (-(s1 * s2 + c1 * c2)).clamp(-0.995, 0.995);
+        let end = correlation.asin();
+        let nodes = [-1.0, 1.0].map(|side| {
+            let (sine, cosine) = (0.5 * end * (1.0 + side / 3f64.sqrt())).sin_cos();
+            [sine, 1.0 / (cosine * cosine)]
+        });
+        let weight = if correlation.abs() > PERPENDICULAR { end / std::f64::consts::PI } else { 0.0 };
+        Edges { normals, sharpness, nodes, weight }
     }
 
-    fn is_possible(&self, start: &Start, radius: f64) -> bool {
+    fn is_possible(&self, start: &Start) -> bool {
         let moved = (self.p[0] - start.position[0]).hypot(self.p[1] - start.position[1]);
         let crossing = (self.p[3] - self.p[2]).sin();
-        self.p.iter().all(|v| v.is_finite()) && moved < 0.6 * radius && self.p[4] < radius && crossing > 0.1
+        self.p.iter().all(|v| v.is_finite()) && moved < 0.5 * RADIUS && self.p[4] < 0.8 * RADIUS && crossing > 0.1
     }
 
     fn normal(&self, window: &Window, profile: &EdgeProfile) -> Normal {
@@ -266,20 +280,24 @@ impl Model {
             cost += residual * residual;
             for (k, a) in row.iter().enumerate() {
                 gradient[k] += a * residual;
-                for (m, b) in matrix[k].iter_mut().zip(&row) {
+                // One half is enough.
+                for (m, b) in matrix[k][..=k].iter_mut().zip(&row) {
                     *m += a * b;
                 }
             }
         }
-        Normal { cost, matrix: Matrix::from(matrix), gradient: Vector::from(gradient) }
+        let matrix = Matrix::from_fn(|i, j| matrix[i.max(j)][i.min(j)]);
+        Normal { cost, matrix, gradient: Vector::from(gradient) }
     }
 }
 
 struct Edges {
     normals: [[f64; 2]; 2],
-    /// Of the blur across the one and across the other.
-    correlation: f64,
     sharpness: f64,
+    /// Sine and 1 / cosine^2 at the nodes of the integral over the correlation.
+    nodes: [[f64; 2]; 2],
+    /// Of either node.
+    weight: f64,
 }
 
 impl Edges {
@@ -287,25 +305,23 @@ impl Edges {
         let [z1, z2] = self.normals.map(|n| (n[0] * dx + n[1] * dy) * self.sharpness);
         let ([e1, g1], [e2, g2]) = (profile.at(z1), profile.at(z2));
         let mut shape = Shape { value: e1 * e2, slopes: [g1 * e2, e1 * g2] };
-        if self.correlation.abs() > PERPENDICULAR && z1.abs().max(z2.abs()) < 4.0 {
+        if self.weight != 0.0 {
             self.add_correlation(z1, z2, &mut shape);
         }
         shape
     }
 
     /// 2 / pi times the integral of exp(-(z1^2 - 2 z1 z2 sin t + z2^2) / (2 cos^2 t)) over t from 0 to
-    /// asin(correlation), by Gauss's rule with three nodes.
+    /// asin(correlation), by Gauss's rule with two nodes.
     fn add_correlation(&self, z1: f64, z2: f64, shape: &mut Shape) {
-        let end = self.correlation.clamp(-0.995, 0.995).asin();
-        let outer = 0.6f64.sqrt();
-        for (node, weight) in [(-outer, 5.0 / 18.0), (0.0, 8.0 / 18.0), (outer, 5.0 / 18.0)] {
-            let (s, c) = (0.5 * end * (1.0 + node)).sin_cos();
-            let inverse = 1.0 / (c * c);
-            let exponent = -0.5 * (z1 * z1 - 2.0 * z1 * z2 * s + z2 * z2) * inverse;
-            let term = std::f64::consts::FRAC_2_PI * end * weight * exponent.exp();
-            shape.value += term;
-            shape.slopes[0] -= term * (z1 - z2 * s) * inverse;
-            shape.slopes[1] -= term * (z2 - z1 * s) * inverse;
+        for [sine, inverse] in self.nodes {
+            let exponent = -0.5 * (z1 * z1 - 2.0 * z1 * z2 * sine + z2 * z2) * inverse;
+            if exponent > NEGLIGIBLE {
+                let term = self.weight * exponent.exp();
+                shape.value += term;
+                shape.slopes[0] -= term * (z1 - z2 * sine) * inverse;
+                shape.slopes[1] -= term * (z2 - z1 * sine) * inverse;
+            }
         }
     }
 }

@@ -5,14 +5,25 @@ use super::board::Board;
 use super::corner_fit::{CornerFit, EdgeProfile, Start};
 use crate::image::pyramid::{Grey, Pyramid};
 
-/// Blur from which on a finer level would show nothing new, pixels of the level.
-const RESOLVED: f64 = 1.0;
+/// Blurs that a level shows well, pixels of the level.
+const MIN_BLUR: f64 = 1.0;
+const MAX_BLUR: f64 = 2.2;
+/// What is assumed at first, and what is too far from it for the windows that were chosen by it.
+const FIRST_BLUR: f64 = 1.2;
+const SURPRISING_BLUR: f64 = 1.6;
+/// Levels below the one where the board was found: its squares are a dozen pixels and more there.
+const FINER: usize = 2;
 /// A corner moves less than this from where the search saw it, in steps to the next one.
 const MAX_MOVE: f64 = 0.3;
 /// Corners that were missed are sought this near to where the others want them, in steps.
 const MAX_MISS: f64 = 0.15;
 /// Least amplitude over the board's median: the rest is something else in the corner's place.
 const MIN_RELATIVE_AMPLITUDE: f64 = 0.15;
+/// Greatest share of a window's variance that is neither corner nor noise: of one, and the board's median.
+const MAX_MISFIT: f64 = 0.25;
+const MAX_TYPICAL_MISFIT: f64 = 0.12;
+/// Triples of pixels that tell the noise.
+const NOISE_SAMPLE: usize = 4096;
 
 /// The board's corners at a level of the pyramid.
 #[derive(Debug, Clone)]
@@ -28,28 +39,53 @@ impl Refined {
     }
 }
 
-/// `level` is where the board was found; its points are moved to where the corners were fitted.
-pub fn refine(pyramid: &Pyramid<'_>, mut level: usize, board: &mut Board) -> Refined {
+/// `found` is the level where the board was found; its points are moved to where the corners were fitted.
+pub fn refine(pyramid: &Pyramid<'_>, found: usize, board: &mut Board) -> Refined {
     let profile = EdgeProfile::new();
     let levels = pyramid.levels();
-    let mut fits = fit_all(&levels[level], board, 1.0, &profile);
-    loop {
-        let blur = median(fits.iter().flatten().map(|f| f.blur)).unwrap_or(0.0);
-        if level == 0 || blur >= RESOLVED {
-            break;
-        }
-        let finer = enlarged(board, &fits);
-        let there = fit_all(&levels[level - 1], &finer, (2.0 * blur).max(0.5), &profile);
-        if there.iter().flatten().count() * 2 < fits.iter().flatten().count() {
-            break;
-        }
-        (level, *board, fits) = (level - 1, finer, there);
+    let seen = board.clone();
+    let mut level = found.saturating_sub(FINER);
+    *board = moved(&seen, found, level);
+    let mut fits = fit_all(&levels[level], board, FIRST_BLUR, &profile);
+    while level < found && (typical_blur(&fits) > MAX_BLUR || 2 * count(&fits) < seen.count()) {
+        level += 1;
+        *board = moved(&seen, found, level);
+        fits = fit_all(&levels[level], board, FIRST_BLUR, &profile);
+    }
+    while level > 0 && level + FINER <= found && typical_blur(&fits) < MIN_BLUR {
+        settle(board, &fits);
+        *board = moved(board, level, level - 1);
+        level -= 1;
+        fits = fit_all(&levels[level], board, FIRST_BLUR, &profile);
+    }
+    let mut blur = typical_blur(&fits);
+    if blur > SURPRISING_BLUR {
+        fits = fit_all(&levels[level], board, blur, &profile);
+        blur = typical_blur(&fits);
     }
     settle(board, &fits);
-    fill(&levels[level], board, &mut fits, &profile);
-    drop_faint(&mut fits);
+    fill(&levels[level], board, &mut fits, blur, &profile);
+    judge(&mut fits, noise_variance(&levels[level]));
     settle(board, &fits);
     Refined { level, fits }
+}
+
+fn count(fits: &[Option<CornerFit>]) -> usize {
+    fits.iter().flatten().count()
+}
+
+fn typical_blur(fits: &[Option<CornerFit>]) -> f64 {
+    median(fits.iter().flatten().map(|f| f.blur)).unwrap_or(FIRST_BLUR)
+}
+
+/// The board's points at another level.
+fn moved(board: &Board, from: usize, to: usize) -> Board {
+    let scale = 2f64.powi(from as i32 - to as i32);
+    let mut board = board.clone();
+    for point in board.points.iter_mut().flatten() {
+        *point = point.map(|c| scale * (c + 0.5) - 0.5);
+    }
+    board
 }
 
 fn fit_all(image: &Grey<'_>, board: &Board, blur: f64, profile: &EdgeProfile) -> Vec<Option<CornerFit>> {
@@ -75,22 +111,12 @@ fn fit_one(
     (moved <= (max_move * step).max(1.0)).then_some(fit)
 }
 
-/// At the next finer level; corners that could not be fitted stay where they were seen.
-fn enlarged(board: &Board, fits: &[Option<CornerFit>]) -> Board {
-    let mut finer = board.clone();
-    for (point, fit) in finer.points.iter_mut().zip(fits) {
-        *point = fit.map(|f| f.position).or(*point).map(|p| p.map(|c| 2.0 * c + 0.5));
-    }
-    finer
-}
-
 fn settle(board: &mut Board, fits: &[Option<CornerFit>]) {
     board.points.iter_mut().zip(fits).for_each(|(point, fit)| *point = fit.map(|f| f.position));
 }
 
 /// Seeks the corners that are missing where the others say they are, outwards from them.
-fn fill(image: &Grey<'_>, board: &mut Board, fits: &mut [Option<CornerFit>], profile: &EdgeProfile) {
-    let Some(blur) = median(fits.iter().flatten().map(|f| f.blur)) else { return };
+fn fill(image: &Grey<'_>, board: &mut Board, fits: &mut [Option<CornerFit>], blur: f64, profile: &EdgeProfile) {
     for _ in 0..board.columns + board.rows {
         let empty = (0..fits.len()).filter(|i| fits[*i].is_none());
         let found: Vec<(usize, CornerFit)> = empty
@@ -109,11 +135,30 @@ fn fill(image: &Grey<'_>, board: &mut Board, fits: &mut [Option<CornerFit>], pro
     }
 }
 
-fn drop_faint(fits: &mut [Option<CornerFit>]) {
-    let Some(typical) = median(fits.iter().flatten().map(|f| f.amplitude)) else { return };
-    for fit in fits.iter_mut() {
-        *fit = fit.filter(|f| f.amplitude >= MIN_RELATIVE_AMPLITUDE * typical);
-    }
+/// Drops what is no corner, or all when the board as a whole is none: grids of dots, blurred, look like
+/// boards but for this.
+fn judge(fits: &mut [Option<CornerFit>], noise: f64) {
+    let misfit = |f: &CornerFit| (f.residual - 1.5 * noise) / f.variance.max(1e-9);
+    let typical = median(fits.iter().flatten().map(misfit)).unwrap_or(0.0);
+    let amplitude = median(fits.iter().flatten().map(|f| f.amplitude)).unwrap_or(0.0);
+    let good = |f: &CornerFit| {
+        typical <= MAX_TYPICAL_MISFIT && misfit(f) <= MAX_MISFIT && f.amplitude >= MIN_RELATIVE_AMPLITUDE * amplitude
+    };
+    fits.iter_mut().for_each(|fit| *fit = fit.filter(good));
+}
+
+/// From the median second difference along rows, most of which show no edge.
+fn noise_variance(image: &Grey<'_>) -> f64 {
+    let (width, height) = (image.width(), image.height());
+    let step = (width * height / NOISE_SAMPLE).max(1);
+    let places = (0..width * height).step_by(step).map(|i| (i % width, i / width));
+    let inner = places.filter(|(x, _)| *x + 2 < width);
+    let bend = inner.map(|(x, y)| {
+        let row = &image.row(y)[x..x + 3];
+        (row[0] as f64 - 2.0 * row[1] as f64 + row[2] as f64).abs()
+    });
+    // Median absolute deviation of a normal variable; 1 + 4 + 1 variances.
+    median(bend).map_or(0.0, |m| (m / 0.6745).powi(2) / 6.0)
 }
 
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {

@@ -8,14 +8,14 @@
 use crate::image::pyramid::Grey;
 
 /// Of the ring.
-const RADIUS: usize = 3;
+pub const RADIUS: usize = 3;
 /// Peaks are the greatest within this many pixels.
 const SUPPRESSION: usize = 2;
 /// Rows of the rolling buffers: a power of two that holds a ring's and a neighbourhood's.
 const ROWS: usize = 8;
 const LANES: usize = 16;
-/// Opposite samples are 8 apart, perpendicular ones 4.
-const RING: [(usize, usize); 16] = [
+/// In the square about the ring, clockwise; opposite samples are 8 apart, perpendicular ones 4.
+pub const RING: [(usize, usize); 16] = [
     (3, 0),
     (4, 0),
     (5, 1),

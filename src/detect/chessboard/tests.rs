@@ -19,8 +19,8 @@ fn explore() {
         ("tiny tilt", Scene { place: [0.0, 0.0, 75.0], turn: [0.6, 0.8, 0.2], blur: 0.7, ..Scene::default() }),
         ("tiny", Scene { place: [0.0, 0.0, 110.0], turn: [0.1, 0.2, 0.2], blur: 0.7, ..Scene::default() }),
         ("steep 70", Scene { turn: [0.0, 1.22, 0.1], place: [0.0, 0.0, 14.0], ..Scene::default() }),
-        ("steep 75", Scene { turn: [1.31, 0.0, 0.1], place: [0.0, 0.0, 10.0], ..Scene::default() }),
-        ("diag 65", Scene { turn: [0.8, 0.8, 0.0], place: [0.0, 0.0, 14.0], ..Scene::default() }),
+        ("steep 75", Scene { turn: [1.31, 0.0, 0.1], place: [0.0, 0.0, 16.0], ..Scene::default() }),
+        ("diag 65", Scene { turn: [0.8, 0.8, 0.0], place: [0.0, 0.0, 18.0], ..Scene::default() }),
         ("lens 1.0", Scene { bend: 1.2, focal: 350.0, place: [0.0, 0.0, 5.5], ..Scene::default() }),
         ("noise 12", Scene { noise: 12.0, ..Scene::default() }),
         ("faint", Scene { dark: 100.0, bright: 120.0, ..Scene::default() }),
@@ -34,6 +34,8 @@ fn explore() {
     ] {
         let image = scene.render();
         let truth = scene.corners();
+        let out = truth.iter().filter(|t| t[0] < 8.0 || t[1] < 8.0 || t[0] > scene.image[0] as f64 - 9.0 || t[1] > scene.image[1] as f64 - 9.0).count();
+        if out > 0 { println!("{out} outside"); }
         let options = ChessboardOptions { size: Some(scene.board.map(|n| n as u32)), ..Default::default() };
         match detect_chessboard(&image.view().unwrap(), &options) {
             Ok(board) => {
@@ -56,4 +58,5 @@ fn explore() {
         }
     }
 }
+
 
