@@ -22,8 +22,8 @@ pub struct Board {
 impl Board {
     /// Without border lines that hold next to nothing, and turned as the size demands (any size for `None`):
     /// if colours allow so that the square outside the first corner is dark, and then so that the
-    /// first corner is as near to the upper left as can be. The size found when it is another.
-    pub fn new(grid: &Grid, saddles: &[Saddle], size: Option<[usize; 2]>) -> Result<Self, [usize; 2]> {
+    /// first corner is as near to the upper left as can be. Unturned, as the error, when the size is another.
+    pub fn new(grid: &Grid, saddles: &[Saddle], size: Option<[usize; 2]>) -> Result<Self, Self> {
         let points = grid.corners.iter().map(|c| c.map(|c| saddles[c as usize].position.map(f64::from)));
         let mut board = Self {
             columns: grid.columns,
@@ -32,7 +32,13 @@ impl Board {
             first_is_bright: grid.first_is_bright,
         };
         board.strip(size);
-        let mut turns = vec![board];
+        board.oriented(size)
+    }
+
+    /// Turned as [`new`](Self::new) says.
+    pub fn oriented(self, size: Option<[usize; 2]>) -> Result<Self, Self> {
+        let unturned = self.clone();
+        let mut turns = vec![self];
         for _ in 0..3 {
             turns.extend(turns.last().map(Self::turned));
         }
@@ -41,7 +47,7 @@ impl Board {
         let fitting = turns.into_iter().filter(|b| [b.columns, b.rows] == wanted);
         let corner = |b: &Self| b.points.iter().flatten().next().map_or(0.0, |p| p[0] + p[1]);
         let order = |a: &Self, b: &Self| (a.first_is_bright, corner(a)).partial_cmp(&(b.first_is_bright, corner(b)));
-        fitting.min_by(|a, b| order(a, b).unwrap_or(std::cmp::Ordering::Equal)).ok_or(found)
+        fitting.min_by(|a, b| order(a, b).unwrap_or(std::cmp::Ordering::Equal)).ok_or(unturned)
     }
 
     pub fn count(&self) -> usize {
@@ -109,8 +115,8 @@ impl Board {
         Self { columns, rows, points: points.collect(), first_is_bright }
     }
 
-    /// Takes border lines off that are clutter.
-    fn strip(&mut self, size: Option<[usize; 2]>) {
+    /// Takes border lines off that are clutter, which may turn the board.
+    pub fn strip(&mut self, size: Option<[usize; 2]>) {
         for _ in 0..self.columns + self.rows {
             // How full the first row is, whichever of the four it is.
             let share = |b: &Self| b.points[..b.columns].iter().flatten().count() as f64 / b.columns as f64;

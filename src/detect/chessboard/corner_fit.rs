@@ -22,7 +22,10 @@ const BACK: f64 = 0.6;
 const RADIUS: f64 = 6.5;
 /// Blurs to keep from the next edges.
 const EDGE_BLURS: f64 = 1.5;
-const MIN_BLUR: f64 = 0.25;
+/// That of a pixel's own area and a good lens; below it, edges between pixels have no place.
+const MIN_BLUR: f64 = 0.45;
+/// Greatest change of the light from the window's middle to its rim, relative.
+const MAX_GRADIENT: f64 = 0.5;
 /// Variance of rounding to whole grey levels: no fit is better.
 const QUANTISATION: f64 = 1.0 / 12.0;
 /// Correlations of the edges that are too small to matter, and exponents.
@@ -143,7 +146,9 @@ impl Start {
             residual: cost / count,
             variance: window.variation() / count,
         };
-        (fit.amplitude > 0.0 && fit.covariance.iter().all(|c| c.is_finite())).then_some(fit)
+        // Light that changes more is an edge of something else.
+        let even = model.p[7].hypot(model.p[8]) * RADIUS < MAX_GRADIENT;
+        (even && fit.amplitude > 0.0 && fit.covariance.iter().all(|c| c.is_finite())).then_some(fit)
     }
 }
 

@@ -34,6 +34,8 @@ const MIN_IMAGE_SIDE: usize = 16;
 const THRESHOLD: u8 = 5;
 /// Most corners of a level.
 const MAX_PEAKS: usize = 1 << 16;
+/// Incomplete boards that are looked at closely, the fullest first.
+const MAX_PARTS: usize = 8;
 /// Fewest corners that are a board, whatever its size.
 const MIN_FOUND: usize = 8;
 
@@ -130,44 +132,60 @@ struct Search<'a> {
     min_found: f64,
 }
 
-/// What was seen of the board so far, best first.
+/// What was seen so far.
 #[derive(Default)]
 struct Seen {
-    best: Option<(Board, Refined)>,
+    /// Boards with corners missing, and their levels.
+    parts: Vec<(Board, usize)>,
+    /// Places that look like corners.
     corners: usize,
     /// Size of the largest grid.
     grid: Option<[usize; 2]>,
+    /// Grids too large for the board: their corners' mean and greatest distance from it, and their number.
+    others: Vec<([f64; 2], f64, usize)>,
 }
 
 impl Search<'_> {
     fn run(&self) -> Result<Chessboard> {
         let mut seen = Seen::default();
         for level in (0..self.pyramid.levels().len()).rev() {
-            self.search(level, &mut seen)?;
-            // The board is whole; of unknown size it might be larger at a finer level.
-            let whole = seen.best.as_ref().is_some_and(|(b, refined)| refined.count() == b.points.len());
-            if whole && self.size.is_some() {
-                break;
+            if let Some(board) = self.search(level, &mut seen)? {
+                return Ok(board);
             }
         }
-        match seen.best {
-            Some((board, refined)) => Ok(finish(&board, &refined)),
-            None => Err(Error::NotFound { reason: seen.reason(self.size) }),
-        }
+        // The fullest first; of equals, the one of the coarser level.
+        let mut parts = std::mem::take(&mut seen.parts);
+        parts.sort_by_key(|(board, _)| std::cmp::Reverse(board.count()));
+        // Part of a larger board that another level shows in full.
+        let others = std::mem::take(&mut seen.others);
+        parts.retain(|(board, level)| {
+            let ([x, y], _) = disc(board, *level);
+            let within = |([ox, oy], radius, n): &([f64; 2], f64, usize)| {
+                *n >= board.count() && (x - ox).hypot(y - oy) < *radius
+            };
+            !others.iter().any(within)
+        });
+        let found = parts.into_iter().take(MAX_PARTS).find_map(|(board, level)| self.confirm(board, level, &mut seen));
+        found.ok_or_else(|| Error::NotFound { reason: seen.reason(self.size) })
     }
 
-    /// Looks for the board at one level.
-    fn search(&self, level: usize, seen: &mut Seen) -> Result<()> {
+    /// The whole board at one level; what is not whole, or of unknown size and perhaps part of a larger
+    /// one, is kept for later.
+    fn search(&self, level: usize, seen: &mut Seen) -> Result<Option<Chessboard>> {
         let image = &self.pyramid.levels()[level];
         let peaks = response::peaks(image, THRESHOLD, MAX_PEAKS);
         let saddles: Vec<Saddle> = peaks.into_iter().filter_map(|p| Saddle::at(image, p)).collect();
         seen.corners = seen.corners.max(saddles.len());
-        let mut whole = 0;
+        let mut whole: Option<Chessboard> = None;
         for grid in lattice::grids(&saddles, [image.width(), image.height()]) {
-            let mut board = match Board::new(&grid, &saddles, self.size) {
+            let board = match Board::new(&grid, &saddles, self.size) {
                 Ok(board) => board,
-                Err(size) => {
-                    seen.see(size);
+                Err(other) => {
+                    seen.see([other.columns, other.rows]);
+                    if self.size.is_some_and(|[c, r]| other.columns * other.rows > c * r) {
+                        let (middle, radius) = disc(&other, level);
+                        seen.others.push((middle, radius, other.count()));
+                    }
                     continue;
                 }
             };
@@ -175,20 +193,37 @@ impl Search<'_> {
             if !self.enough(&board, board.count()) {
                 continue;
             }
-            let refined = refine(&self.pyramid, level, &mut board);
-            if !self.enough(&board, refined.count()) {
-                continue;
-            }
-            whole += (refined.count() == board.points.len()) as usize;
-            if whole > 1 && self.size.is_some() {
-                let reason = format!("two boards of {} x {} corners", board.columns, board.rows);
-                return Err(Error::Ambiguous { reason });
-            }
-            if seen.best.as_ref().is_none_or(|(_, best)| refined.count() > best.count()) {
-                seen.best = Some((board, refined));
+            if self.size.is_none() || board.count() < board.points.len() {
+                seen.parts.push((board, level));
+            } else if let Some(board) = self.confirm(board, level, seen) {
+                if let Some(other) = whole {
+                    let reason = format!("two boards of {} x {} corners", other.columns, other.rows);
+                    return Err(Error::Ambiguous { reason });
+                }
+                whole = Some(board);
             }
         }
-        Ok(())
+        Ok(whole)
+    }
+
+    /// The board with its corners fitted, if it is one.
+    fn confirm(&self, mut board: Board, level: usize, seen: &mut Seen) -> Option<Chessboard> {
+        let refined = refine(&self.pyramid, level, &mut board);
+        if !self.enough(&board, refined.count()) {
+            return None;
+        }
+        let mut rest = board.clone();
+        rest.strip(self.size);
+        if rest.points.len() < board.points.len() {
+            // Border lines were clutter; without them the rest may be any part of a known size.
+            let rest = if self.size.is_none() { rest.oriented(None).ok() } else { None };
+            return rest.and_then(|rest| self.confirm(rest, refined.level, seen));
+        }
+        if self.size.is_some() && let Some(size) = refine::larger(&self.pyramid, &board, &refined) {
+            seen.see(size);
+            return None;
+        }
+        Some(finish(&board, &refined))
     }
 
     fn enough(&self, board: &Board, found: usize) -> bool {
@@ -215,6 +250,14 @@ impl Seen {
             (None, _) => format!("{} places look like corners, but they make no grid", self.corners),
         }
     }
+}
+
+/// Mean of the board's corners in the full image, and the greatest distance from it.
+fn disc(board: &Board, level: usize) -> ([f64; 2], f64) {
+    let points = || board.points.iter().flatten().map(|p| to_full_size(level, *p));
+    let n = board.count().max(1) as f64;
+    let middle = points().fold([0.0; 2], |m, p| [m[0] + p[0] / n, m[1] + p[1] / n]);
+    (middle, points().map(|p| (p[0] - middle[0]).hypot(p[1] - middle[1])).fold(0.0, f64::max))
 }
 
 fn finish(board: &Board, refined: &Refined) -> Chessboard {

@@ -22,6 +22,8 @@ const MIN_RELATIVE_AMPLITUDE: f64 = 0.15;
 /// Greatest share of a window's variance that is neither corner nor noise: of one, and the board's median.
 const MAX_MISFIT: f64 = 0.25;
 const MAX_TYPICAL_MISFIT: f64 = 0.12;
+/// Least amplitude over the median of corners beyond the border that make the board larger.
+const MIN_ALIKE: f64 = 0.6;
 /// Triples of pixels that tell the noise.
 const NOISE_SAMPLE: usize = 4096;
 
@@ -70,6 +72,40 @@ pub fn refine(pyramid: &Pyramid<'_>, found: usize, board: &mut Board) -> Refined
     Refined { level, fits }
 }
 
+/// The board's true size when it goes on beyond what was asked for: corners where the next row or
+/// column would be.
+pub fn larger(pyramid: &Pyramid<'_>, board: &Board, refined: &Refined) -> Option<[usize; 2]> {
+    let image = &pyramid.levels()[refined.level];
+    let profile = EdgeProfile::new();
+    let amplitude = median(refined.fits.iter().flatten().map(|f| f.amplitude))?;
+    let noise = noise_variance(image);
+    let blur = typical_blur(&refined.fits);
+    let (columns, rows) = (board.columns as isize, board.rows as isize);
+    let mut size = [board.columns, board.rows];
+    let sides: [([isize; 2], [isize; 2]); 4] =
+        [([0, 0], [-1, 0]), ([columns - 1, 0], [1, 0]), ([0, 0], [0, -1]), ([0, rows - 1], [0, 1])];
+    for ([i, j], [di, dj]) in sides {
+        let last = if di != 0 { rows - 1 } else { columns - 1 };
+        // Some spread over the side are enough.
+        let spread = [0, last, last / 2].into_iter().chain(1..last).filter_map(|n| {
+            let [i, j] = [i + n * dj.abs(), j + n * di.abs()];
+            let (here, inside) = (board.get(i, j)?, board.get(i - di, j - dj)?);
+            Some(((j * columns + i) as usize, [0, 1].map(|k| 2.0 * here[k] - inside[k])))
+        });
+        let there = spread.take(3).filter(|(index, position)| {
+            let fit = fit_one(image, board, *index, *position, !board.is_bright(*index), blur, MAX_MISS, &profile);
+            fit.is_some_and(|f| misfit(&f, noise) < MAX_TYPICAL_MISFIT && f.amplitude > MIN_ALIKE * amplitude)
+        });
+        size[(di == 0) as usize] += (there.count() >= 2) as usize;
+    }
+    (size != [board.columns, board.rows]).then_some(size)
+}
+
+/// Share of a window's variance that is neither corner nor noise.
+fn misfit(fit: &CornerFit, noise: f64) -> f64 {
+    (fit.residual - 1.5 * noise) / fit.variance.max(1e-9)
+}
+
 fn count(fits: &[Option<CornerFit>]) -> usize {
     fits.iter().flatten().count()
 }
@@ -90,7 +126,7 @@ fn moved(board: &Board, from: usize, to: usize) -> Board {
 
 fn fit_all(image: &Grey<'_>, board: &Board, blur: f64, profile: &EdgeProfile) -> Vec<Option<CornerFit>> {
     let fit = |(index, point): (usize, &Option<[f64; 2]>)| {
-        fit_one(image, board, index, (*point)?, blur, MAX_MOVE, profile)
+        fit_one(image, board, index, (*point)?, board.is_bright(index), blur, MAX_MOVE, profile)
     };
     board.points.iter().enumerate().map(fit).collect()
 }
@@ -100,12 +136,13 @@ fn fit_one(
     board: &Board,
     index: usize,
     position: [f64; 2],
+    bright: bool,
     blur: f64,
     max_move: f64,
     profile: &EdgeProfile,
 ) -> Option<CornerFit> {
     let steps = board.steps(index)?;
-    let fit = Start { position, steps, blur, bright: board.is_bright(index) }.fit(image, profile)?;
+    let fit = Start { position, steps, blur, bright }.fit(image, profile)?;
     let moved = (fit.position[0] - position[0]).hypot(fit.position[1] - position[1]);
     let step = steps.map(|s| s[0].hypot(s[1])).into_iter().fold(f64::INFINITY, f64::min);
     (moved <= (max_move * step).max(1.0)).then_some(fit)
@@ -122,7 +159,7 @@ fn fill(image: &Grey<'_>, board: &mut Board, fits: &mut [Option<CornerFit>], blu
         let found: Vec<(usize, CornerFit)> = empty
             .filter_map(|i| {
                 let position = board.predict(i)?;
-                Some((i, fit_one(image, board, i, position, blur, MAX_MISS, profile)?))
+                Some((i, fit_one(image, board, i, position, board.is_bright(i), blur, MAX_MISS, profile)?))
             })
             .collect();
         if found.is_empty() {
@@ -138,11 +175,10 @@ fn fill(image: &Grey<'_>, board: &mut Board, fits: &mut [Option<CornerFit>], blu
 /// Drops what is no corner, or all when the board as a whole is none: grids of dots, blurred, look like
 /// boards but for this.
 fn judge(fits: &mut [Option<CornerFit>], noise: f64) {
-    let misfit = |f: &CornerFit| (f.residual - 1.5 * noise) / f.variance.max(1e-9);
-    let typical = median(fits.iter().flatten().map(misfit)).unwrap_or(0.0);
+    let typical = median(fits.iter().flatten().map(|f| misfit(f, noise))).unwrap_or(0.0);
     let amplitude = median(fits.iter().flatten().map(|f| f.amplitude)).unwrap_or(0.0);
     let good = |f: &CornerFit| {
-        typical <= MAX_TYPICAL_MISFIT && misfit(f) <= MAX_MISFIT && f.amplitude >= MIN_RELATIVE_AMPLITUDE * amplitude
+        typical <= MAX_TYPICAL_MISFIT && misfit(f, noise) <= MAX_MISFIT && f.amplitude >= MIN_RELATIVE_AMPLITUDE * amplitude
     };
     fits.iter_mut().for_each(|fit| *fit = fit.filter(good));
 }
