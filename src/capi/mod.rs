@@ -31,6 +31,7 @@ pub mod calibrate;
 pub mod calibration_options;
 pub mod camera;
 pub mod cancel;
+pub mod chessboard;
 pub mod correspondences;
 pub mod detect;
 pub mod devices;

@@ -8,8 +8,18 @@ from ._native import abi_version, version
 from .calibrate import Calibration, Correspondences, calibrate_camera
 from .camera import Camera, DistortionModel
 from .cancel import Cancel
+from .chessboard import Chessboard, detect_chessboard
 from .detect import LaserColour, Spot, SpotOptions, detect_spot
-from .errors import Cancelled, Error, InvalidArgument, SpotAmbiguous, SpotNotFound, Status
+from .errors import (
+    Cancelled,
+    ChessboardAmbiguous,
+    ChessboardNotFound,
+    Error,
+    InvalidArgument,
+    SpotAmbiguous,
+    SpotNotFound,
+    Status,
+)
 from .images import PixelFormat
 from .pose import Pose, PoseMethod, RoofEdges, estimate_pose_roof_edges
 from .rig import LogLevel, Rig, Settle
@@ -24,6 +34,9 @@ __all__ = [
     "Camera",
     "Cancel",
     "Cancelled",
+    "Chessboard",
+    "ChessboardAmbiguous",
+    "ChessboardNotFound",
     "Correspondences",
     "DistortionModel",
     "Error",
@@ -55,6 +68,7 @@ __all__ = [
     "Status",
     "abi_version",
     "calibrate_camera",
+    "detect_chessboard",
     "detect_spot",
     "estimate_pose_roof_edges",
     "version",

@@ -98,7 +98,9 @@ impl Board {
                 .or_else(|| line(&[(-1, 0.5), (1, 0.5)]));
             match between {
                 Some(p) => votes.push(p),
-                None => votes.extend([1, -1].into_iter().filter_map(|s| line(&[(s, 3.0), (2 * s, -3.0), (3 * s, 1.0)]))),
+                None => {
+                    votes.extend([1, -1].into_iter().filter_map(|s| line(&[(s, 3.0), (2 * s, -3.0), (3 * s, 1.0)])))
+                }
             }
         }
         let n = votes.len() as f64;

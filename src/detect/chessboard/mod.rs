@@ -111,9 +111,10 @@ impl Chessboard {
 /// is left of it could otherwise be any part.
 ///
 /// # Errors
-/// `InvalidArgument` for impossible options and images too small for the board; `NotFound` with what
-/// there is instead; `Ambiguous` for two boards of the size. Of two boards of which one has much larger squares in
-/// the image, that one is taken.
+/// `InvalidArgument` for impossible options and images too small for the board; `NoChessboard` with what
+/// there is instead; `ManyChessboards` for two whole boards of the size whose squares look alike large.
+/// When those of one look about twice as large or more, that one is taken; of boards of unknown size or partly
+/// hidden, the one with most corners.
 pub fn detect_chessboard(image: &ImageView<'_>, options: &ChessboardOptions) -> Result<Chessboard> {
     options.check()?;
     let size = options.size.map(|s| s.map(|n| n as usize));
@@ -166,7 +167,7 @@ impl Search<'_> {
             !others.iter().any(within)
         });
         let found = parts.into_iter().take(MAX_PARTS).find_map(|(board, level)| self.confirm(board, level, &mut seen));
-        found.ok_or_else(|| Error::NotFound { reason: seen.reason(self.size) })
+        found.ok_or_else(|| Error::NoChessboard { reason: seen.reason(self.size) })
     }
 
     /// The whole board at one level; what is not whole, or of unknown size and perhaps part of a larger
@@ -197,8 +198,8 @@ impl Search<'_> {
                 seen.parts.push((board, level));
             } else if let Some(board) = self.confirm(board, level, seen) {
                 if let Some(other) = whole {
-                    let reason = format!("two boards of {} x {} corners", other.columns, other.rows);
-                    return Err(Error::Ambiguous { reason });
+                    let reason = format!("two have {} x {} corners", other.columns, other.rows);
+                    return Err(Error::ManyChessboards { reason });
                 }
                 whole = Some(board);
             }
@@ -219,7 +220,9 @@ impl Search<'_> {
             let rest = if self.size.is_none() { rest.oriented(None).ok() } else { None };
             return rest.and_then(|rest| self.confirm(rest, refined.level, seen));
         }
-        if self.size.is_some() && let Some(size) = refine::larger(&self.pyramid, &board, &refined) {
+        if self.size.is_some()
+            && let Some(size) = refine::larger(&self.pyramid, &board, &refined)
+        {
             seen.see(size);
             return None;
         }
@@ -234,7 +237,9 @@ impl Search<'_> {
 }
 
 impl Seen {
-    fn see(&mut self, [columns, rows]: [usize; 2]) {
+    /// A grid; which side is longer is all that counts.
+    fn see(&mut self, [a, b]: [usize; 2]) {
+        let [columns, rows] = [a.max(b), a.min(b)];
         if self.grid.is_none_or(|[c, r]| columns * rows > c * r) {
             self.grid = Some([columns, rows]);
         }

@@ -19,9 +19,9 @@ const MAX_MOVE: f64 = 0.3;
 const MAX_MISS: f64 = 0.15;
 /// Least amplitude over the board's median: the rest is something else in the corner's place.
 const MIN_RELATIVE_AMPLITUDE: f64 = 0.15;
-/// Greatest share of a window's variance that is neither corner nor noise: of one, and the board's median.
-const MAX_MISFIT: f64 = 0.25;
-const MAX_TYPICAL_MISFIT: f64 = 0.12;
+/// Greatest share of a window's variance that is neither corner nor noise, and the same for a board's median.
+/// Photographs have 0.05 at most.
+const MAX_MISFIT: f64 = 0.12;
 /// Least amplitude over the median of corners beyond the border that make the board larger.
 const MIN_ALIKE: f64 = 0.6;
 /// Triples of pixels that tell the noise.
@@ -94,7 +94,7 @@ pub fn larger(pyramid: &Pyramid<'_>, board: &Board, refined: &Refined) -> Option
         });
         let there = spread.take(3).filter(|(index, position)| {
             let fit = fit_one(image, board, *index, *position, !board.is_bright(*index), blur, MAX_MISS, &profile);
-            fit.is_some_and(|f| misfit(&f, noise) < MAX_TYPICAL_MISFIT && f.amplitude > MIN_ALIKE * amplitude)
+            fit.is_some_and(|f| misfit(&f, noise) < MAX_MISFIT && f.amplitude > MIN_ALIKE * amplitude)
         });
         size[(di == 0) as usize] += (there.count() >= 2) as usize;
     }
@@ -178,7 +178,7 @@ fn judge(fits: &mut [Option<CornerFit>], noise: f64) {
     let typical = median(fits.iter().flatten().map(|f| misfit(f, noise))).unwrap_or(0.0);
     let amplitude = median(fits.iter().flatten().map(|f| f.amplitude)).unwrap_or(0.0);
     let good = |f: &CornerFit| {
-        typical <= MAX_TYPICAL_MISFIT && misfit(f, noise) <= MAX_MISFIT && f.amplitude >= MIN_RELATIVE_AMPLITUDE * amplitude
+        typical <= MAX_MISFIT && misfit(f, noise) <= MAX_MISFIT && f.amplitude >= MIN_RELATIVE_AMPLITUDE * amplitude
     };
     fits.iter_mut().for_each(|fit| *fit = fit.filter(good));
 }

@@ -171,7 +171,8 @@ impl Scene {
 
 fn blurred(image: &[f32], width: usize, height: usize, sigma: f64) -> Vec<f32> {
     let reach = (4.0 * sigma).ceil() as isize;
-    let mut kernel: Vec<f32> = (-reach..=reach).map(|i| (-0.5 * (i as f64 / sigma.max(1e-9)).powi(2)).exp() as f32).collect();
+    let mut kernel: Vec<f32> =
+        (-reach..=reach).map(|i| (-0.5 * (i as f64 / sigma.max(1e-9)).powi(2)).exp() as f32).collect();
     let sum: f32 = kernel.iter().sum();
     kernel.iter_mut().for_each(|k| *k /= sum);
     let clamped = |i: isize, n: usize| i.clamp(0, n as isize - 1) as usize;

@@ -125,19 +125,23 @@ fn respond(rows: &[&[u8]; 2 * RADIUS + 1], width: usize, threshold: u8, out: &mu
     out[width - RADIUS..].fill(0);
 }
 
+#[inline(always)]
 fn each(a: Lanes, b: Lanes, f: impl Fn(u8, u8) -> u8) -> Lanes {
     std::array::from_fn(|i| f(a[i], b[i]))
 }
 
+#[inline(always)]
 fn mean4([a, b, c, d]: [Lanes; 4]) -> Lanes {
     each(each(a, b, mean), each(c, d, mean), mean)
 }
 
+#[inline(always)]
 fn mean8([a, b, c, d, e, f, g, h]: [Lanes; 8]) -> Lanes {
     each(mean4([a, b, c, d]), mean4([e, f, g, h]), mean)
 }
 
 /// Rounded up.
+#[inline(always)]
 fn mean(a: u8, b: u8) -> u8 {
     ((a as u16 + b as u16 + 1) >> 1) as u8
 }
