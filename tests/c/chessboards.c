@@ -50,7 +50,7 @@ static ptzcal_status detect(const ptzcal_image *image, uint32_t columns, uint32_
   options.columns = columns;
   options.rows = rows;
   status = ptzcal_detect_chessboard(image, &options, board, corners[0], covariance[0], found, capacity, &needed, NULL);
-  if (status == PTZCAL_STATUS_OK || (status == PTZCAL_STATUS_BUFFER_TOO_SMALL && capacity > 0)) CHECK(needed == CORNERS);
+  if (status == PTZCAL_STATUS_OK || (status == PTZCAL_STATUS_BUFFER_TOO_SMALL && capacity < CORNERS)) CHECK(needed == CORNERS);
   return status;
 }
 
