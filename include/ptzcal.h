@@ -569,7 +569,8 @@ ptzcal_status ptzcal_image_init(ptzcal_image *image, size_t size) PTZCAL_NOEXCEP
  * A calibrated camera is plain data: fill it in yourself or take it from a calibration. A world
  * point X is at x = R X + t in the camera frame (x right, y down, z forward), at (x/z, y/z) on the
  * normalised plane, there distorted by the lens to (a, b), and at u = fx a + skew b + cx,
- * v = fy b + cy in the image.
+ * v = fy b + cy in the image. A fisheye lens gives (a, b) from the ray itself, also at and beyond
+ * 90 degrees from the axis, where z is not positive.
  * ============================================================================================= */
 
 /** Lens models: the values of ptzcal_camera.distortion_model and ptzcal_rig_model.distortion_model. */
@@ -594,6 +595,13 @@ enum {
    * Negative is barrel distortion. In units of the normalised plane.
    */
   PTZCAL_DISTORTION_MODEL_DIVISION = 4,
+  /**
+   * Fisheye (Kannala-Brandt), the four coefficients k1 k2 k3 k4 with OpenCV's meaning and order: a
+   * ray at the angle theta from the axis is imaged at the radius
+   * theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8) on the normalised plane. Sees
+   * beyond 90 degrees, up to the angle at which the radius stops growing.
+   */
+  PTZCAL_DISTORTION_MODEL_FISHEYE = 5,
 };
 typedef uint32_t ptzcal_distortion_model;
 
@@ -1157,8 +1165,8 @@ ptzcal_status ptzcal_detect_chessboard(const ptzcal_image *image,
  * 2D-3D measurements
  *
  * What a camera is calibrated from: a growing set of measurements of one camera, in any mixture of
- * points whose position is known, points with covariances, and laser shots of a rig. Each function
- * that adds does it for all its measurements or for none. Indices count from 0 in the order of
+ * points whose position is known, points with covariances, laser shots of a rig, and straight lines.
+ * Each function that adds does it for all its measurements or for none. Indices count from 0 in the order of
  * adding, and the results of a calibration keep that order.
  * ============================================================================================= */
 
@@ -1268,6 +1276,66 @@ ptzcal_status ptzcal_correspondences_add_laser_shots(ptzcal_correspondences *set
                                                      const double *uv_covariance,
                                                      size_t n,
                                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds straight lines by two points of each in space, exact or with covariances. The ends of a segment
+ * are images of no particular points of its line: how long the segment is, and how far apart the two
+ * points, does not matter beyond their noise. A line is worth a point: two equations. Its residual in
+ * ptzcal_calibration_copy_residuals are the distances of its two ends from the line's image, which a
+ * distorting lens bends.
+ *
+ * @param set            The set.
+ * @param xyz            n x 6 numbers: two points of each line, metres, world frame.
+ * @param xyz_covariance n x 18 numbers: of the two points of each line, row-major, positive
+ *                       semi-definite, m^2; may be NULL: the lines are exact.
+ * @param uv             n x 4 numbers: the two ends of each line's segment in the image, pixels.
+ * @param uv_covariance  n x 6 numbers: xx, xy, yy of each end, positive definite, px^2; may be NULL:
+ *                       the calibration's pixel noise.
+ * @param n              Number of lines.
+ * @param error          Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE (index: the line, in this call);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for two points or two ends that are one, or a covariance
+ *         that is none; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_correspondences_add_lines(ptzcal_correspondences *set,
+                                               const double *xyz,
+                                               const double *xyz_covariance,
+                                               const double *uv,
+                                               const double *uv_covariance,
+                                               size_t n,
+                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds straight lines like ptzcal_correspondences_add_lines, each by a point and a direction, as a fit
+ * of a line to a cloud gives them.
+ *
+ * @param set             The set.
+ * @param point_direction n x 6 numbers: a point of each line, metres, world frame, and its direction,
+ *                        of any length but zero.
+ * @param line_covariance n x 36 numbers: of point and direction together, 6 x 6 row-major, positive
+ *                        semi-definite; may be NULL: the lines are exact.
+ * @param uv              n x 4 numbers: the two ends of each line's segment in the image, pixels.
+ * @param uv_covariance   n x 6 numbers: xx, xy, yy of each end, positive definite, px^2; may be NULL:
+ *                        the calibration's pixel noise.
+ * @param n               Number of lines.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE (index: the line, in this call);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a direction that is zero, two ends that are one, or a
+ *         covariance that is none; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_correspondences_add_directed_lines(ptzcal_correspondences *set,
+                                                        const double *point_direction,
+                                                        const double *line_covariance,
+                                                        const double *uv,
+                                                        const double *uv_covariance,
+                                                        size_t n,
+                                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
  * How many measurements there are.
@@ -1584,7 +1652,7 @@ ptzcal_status ptzcal_calibration_get_summary(const ptzcal_calibration *calibrati
  * The covariance of all parameters: p x p numbers, row-major, symmetric, p = the summary's
  * `parameters`. Their order:
  *   0 fx, 1 fy, 2 skew, 3 cx, 4 cy (pixels),
- *   5 ... the coefficients of the camera's lens model, in its order (0, 1 or 5 of them),
+ *   5 ... the coefficients of the camera's lens model, in its order (0, 1, 4 or 5 of them),
  *   then 3 for the rotation: w in R <- exp([w]x) R, a turn about the camera's own axes (radians),
  *   then 3 for the camera's centre in the world (metres).
  * Rows and columns of parameters that were not free are 0.
@@ -1607,8 +1675,9 @@ ptzcal_status ptzcal_calibration_copy_covariance(const ptzcal_calibration *calib
 
 /**
  * Measured minus predicted pixel of every measurement, outliers included: n x 2 numbers, n = the
- * summary's `measurements`, in the order of adding. Infinite for an outlier that lies behind the
- * camera.
+ * summary's `measurements`, in the order of adding. Of a line they are the signed distances of its
+ * segment's two ends from the line's image, positive to the right of it as seen from the first end to
+ * the second. Infinite for an outlier that the camera cannot see (behind it).
  *
  * @param calibration The calibration.
  * @param buffer      Receives the numbers; may be NULL when capacity is 0.
@@ -1645,6 +1714,595 @@ ptzcal_status ptzcal_calibration_copy_inliers(const ptzcal_calibration *calibrat
                                               size_t capacity,
                                               size_t *needed,
                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Projection with uncertainty
+ *
+ * What the covariance of a calibration means for its use: pixels of points, viewing rays of pixels,
+ * and points on a plane under pixels (the floor under a click), each with its covariance, to first
+ * order. Each function takes n of them; outputs are written for all of them or for none.
+ * ============================================================================================= */
+
+/**
+ * The pixels of world points and their covariances.
+ *
+ * @param calibration    The calibration.
+ * @param xyz            n x 3 numbers: points, metres, world frame.
+ * @param xyz_covariance n x 9 numbers: of each point, row-major, positive semi-definite, m^2; may be
+ *                       NULL: the points are exact.
+ * @param n              Number of points.
+ * @param uv             Receives n x 2 numbers: pixels.
+ * @param uv_covariance  Receives n x 3 numbers: xx, xy, yy of each pixel, px^2; may be NULL. The
+ *                       camera's uncertainty and the point's; not the noise of a measured pixel.
+ * @param error          Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BEHIND_CAMERA, PTZCAL_STATUS_OUTSIDE_LENS,
+ *         PTZCAL_STATUS_NOT_FINITE (index: the point); PTZCAL_STATUS_INVALID_ARGUMENT for a
+ *         covariance that is none.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_project(const ptzcal_calibration *calibration,
+                                         const double *xyz,
+                                         const double *xyz_covariance,
+                                         size_t n,
+                                         double *uv,
+                                         double *uv_covariance,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The viewing rays of pixels, from the camera's centre (ptzcal_camera_centre), and their
+ * covariances.
+ *
+ * @param calibration    The calibration.
+ * @param uv             n x 2 numbers: pixels.
+ * @param uv_covariance  n x 3 numbers: xx, xy, yy of each pixel, positive semi-definite, px^2; may be
+ *                       NULL: the pixels are exact.
+ * @param n              Number of pixels.
+ * @param directions     Receives n x 3 numbers: unit vectors in the world frame.
+ * @param ray_covariance Receives n x 36 numbers: of the centre (metres) and the direction, in that
+ *                       order, 6 x 6 row-major; may be NULL. The centre is the same for all pixels:
+ *                       so is its part.
+ * @param error          Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_OUTSIDE_LENS (index: the first pixel that no ray reaches
+ *         through the lens model); PTZCAL_STATUS_NOT_FINITE (index: the pixel);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a covariance that is none.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_back_project(const ptzcal_calibration *calibration,
+                                              const double *uv,
+                                              const double *uv_covariance,
+                                              size_t n,
+                                              double *directions,
+                                              double *ray_covariance,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The points of a plane under pixels, and their covariances: where on the floor is what was clicked
+ * on?
+ *
+ * @param calibration    The calibration.
+ * @param uv             n x 2 numbers: pixels.
+ * @param uv_covariance  n x 3 numbers: xx, xy, yy of each pixel, positive semi-definite, px^2; may be
+ *                       NULL: the pixels are exact.
+ * @param n              Number of pixels.
+ * @param normal         3 numbers: the plane's normal in the world frame, of any length but zero.
+ * @param distance       The plane is normal . x = distance (metres, for a normal of unit length).
+ * @param xyz            Receives n x 3 numbers: points, metres, world frame.
+ * @param xyz_covariance Receives n x 9 numbers: of each point, row-major, m^2; may be NULL. The plane
+ *                       is exact: across it nothing varies.
+ * @param error          Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BEHIND_CAMERA (index: the first pixel whose ray does not
+ *         meet the plane in front of the camera); PTZCAL_STATUS_OUTSIDE_LENS (index: the first pixel
+ *         that no ray reaches through the lens model); PTZCAL_STATUS_NOT_FINITE (index: the pixel);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a normal or covariance that is none.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_back_project_to_plane(const ptzcal_calibration *calibration,
+                                                       const double *uv,
+                                                       const double *uv_covariance,
+                                                       size_t n,
+                                                       const double *normal,
+                                                       double distance,
+                                                       double *xyz,
+                                                       double *xyz_covariance,
+                                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Closed forms with lens distortion
+ *
+ * The two linear methods with the division model, by their names. Both take every measurement as it
+ * is (no outliers are set aside) and the centre of distortion as given; ptzcal_calibrate_camera begins
+ * with the first one where a lens is fitted, and finds the centre, which is the principal point, too.
+ * ============================================================================================= */
+
+/**
+ * Radial alignment (Tsai 1987) with the division model: a camera with a radial lens in two linear
+ * steps, from at least 7 measurements. Its lambda is within about a fifth of the best possible
+ * accuracy, and it works without distortion too.
+ *
+ * @param set    The measurements, free of outliers; not in one plane.
+ * @param centre 2 numbers: the centre of distortion, pixels; may be NULL: the image's centre.
+ * @param camera Receives the camera, with a lens PTZCAL_DISTORTION_MODEL_DIVISION about its principal
+ *               point; set up by ptzcal_camera_init. Lambda in pixels^-2 is
+ *               distortion[0] / (fx fy).
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_DEGENERATE;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_radial_alignment(const ptzcal_correspondences *set,
+                                      const double *centre,
+                                      ptzcal_camera *camera,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The direct linear transform with the division model as a generalised eigenproblem (Fitzgibbon
+ * 2001), from at least 6 measurements. The weaker method: lambda is off by about sigma^2 / lambda
+ * however many measurements there are, and a lens without distortion is refused or answered with a
+ * lambda that means nothing. Use ptzcal_radial_alignment.
+ *
+ * @param set    The measurements, free of outliers; their own errors in space are not used.
+ * @param centre 2 numbers: the centre of distortion, pixels; may be NULL: the image's centre.
+ * @param camera Receives the camera, with a lens PTZCAL_DISTORTION_MODEL_DIVISION about its principal
+ *               point; set up by ptzcal_camera_init. Lambda in pixels^-2 is
+ *               distortion[0] / (fx fy).
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_DEGENERATE (no eigenvalue is
+ *         real, is a lens, or puts all points in front of the camera);
+ *         PTZCAL_STATUS_NO_CONVERGENCE; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_division_eigenproblem(const ptzcal_correspondences *set,
+                                           const double *centre,
+                                           ptzcal_camera *camera,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Views of boards
+ *
+ * A camera by itself is calibrated from views of a planar board with corners at known places, such
+ * as a chessboard, held in different ways: three views or more, tilted by 20 to 40 degrees this way
+ * and that, over the whole image, near and far. Corners may be missing, boards may differ. With the
+ * laser on, the same views calibrate the laser's line (ptzcal_calibrate_laser_line). Views are
+ * numbered from 0 in the order of adding.
+ * ============================================================================================= */
+
+/** A camera calibrated from boards. Immutable: any number of threads may read it. */
+typedef struct ptzcal_board_calibration ptzcal_board_calibration;
+
+/** Views of boards by one camera. */
+typedef struct ptzcal_boards ptzcal_boards;
+
+/** What was found about one view of a board. */
+typedef struct ptzcal_board_view {
+  /** Set by ptzcal_board_view_init. */
+  uint32_t struct_size;
+  /**
+   * 0 for a view that was set aside because most of its corners disagree with the other views: its
+   * pose is then the best that could be had, and its covariance 0.
+   */
+  uint32_t used;
+  /** Corners given. */
+  uint64_t corners;
+  /** Corners used; the others are outliers. */
+  uint64_t inliers;
+  /**
+   * Root mean square length of the used corners' residuals, pixels; of all corners of a view that
+   * was set aside.
+   */
+  double rms;
+  /** R, row-major: board axes to camera axes. */
+  double rotation[9];
+  /** t: the board's origin in the camera frame, in the board's unit. */
+  double translation[3];
+  /**
+   * 6 x 6, row-major: of w in R <- exp([w]x) R, a turn about the camera's axes (radians), then of
+   * the camera's centre in the board's frame (the board's unit).
+   */
+  double covariance[36];
+} ptzcal_board_view;
+
+/**
+ * Makes an empty set of views for a camera with the given image size.
+ *
+ * @param image_width  Pixels, 1 to 65536.
+ * @param image_height Pixels, 1 to 65536.
+ * @param boards       Receives the set; free it with ptzcal_boards_free.
+ * @param error        Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_boards_new(uint32_t image_width,
+                                uint32_t image_height,
+                                ptzcal_boards **boards,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a set of views. Calibrations made from it live on.
+ *
+ * @param boards The set; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_boards_free(ptzcal_boards *boards) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds the corners of a board that one image shows.
+ *
+ * @param boards        The set.
+ * @param board_xy      n x 2 numbers: places on the board, in any unit (metres for a laser line), the same
+ *                      for all boards; all boards must show the same side of their x and y axes.
+ * @param uv            n x 2 numbers: their pixels; (0, 0) is the centre of the top-left pixel.
+ * @param uv_covariance n x 3 numbers: xx, xy, yy of each pixel, positive definite, px^2; may be NULL: the
+ *                      common noise that the options state, or that the residuals show.
+ * @param n             Number of corners, 4 or more.
+ * @param error         Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NOT_FINITE (index: the
+ *         corner); PTZCAL_STATUS_DEGENERATE (all corners, or all but one, on one line);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a covariance that is none; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_boards_add_view(ptzcal_boards *boards,
+                                     const double *board_xy,
+                                     const double *uv,
+                                     const double *uv_covariance,
+                                     size_t n,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets where the laser's spot on the board of a view was seen; a later one replaces it.
+ *
+ * @param boards        The set.
+ * @param view          The view.
+ * @param uv            2 numbers: the spot's pixel.
+ * @param uv_covariance 3 numbers: xx, xy, yy, positive definite, px^2; may be NULL: the common noise of
+ *                      the corners.
+ * @param error         Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (no such view, or a covariance that is none);
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_boards_set_spot(ptzcal_boards *boards,
+                                     uint32_t view,
+                                     const double *uv,
+                                     const double *uv_covariance,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Lets the board be a smoothly bent sheet, z = b1 x^2 + b2 x y + b3 y^2 with x and y from the middle of
+ * all corners, in units of the greatest distance from there. All views must then be of one board.
+ *
+ * @param boards The set.
+ * @param sigma  Prior standard deviation of each b, in the board's unit; 0, the default: boards are flat.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_boards_set_bending(ptzcal_boards *boards,
+                                        double sigma,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * How many views there are.
+ *
+ * @param boards The set.
+ * @param count  Receives the number.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_boards_count(const ptzcal_boards *boards,
+                                  size_t *count,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Calibrates a camera from views of boards. With a lens that the options keep
+ * (ptzcal_calibration_options_set_lens) only the boards' poses are found. One view is enough when it is
+ * tilted; the principal point is then expected near the image's centre.
+ *
+ * @param boards  The views.
+ * @param options The options; may be NULL: the defaults.
+ * @param result  Receives the calibration; free it with ptzcal_board_calibration_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_DEGENERATE (parallel boards;
+ *         message and hint say what to add); PTZCAL_STATUS_NO_CONSENSUS;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT (the message names a view that is mirrored or does not fit);
+ *         PTZCAL_STATUS_NO_CONVERGENCE; PTZCAL_STATUS_LENS_NOT_MONOTONE; PTZCAL_STATUS_CANCELLED;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibrate_from_boards(const ptzcal_boards *boards,
+                                           const ptzcal_calibration_options *options,
+                                           ptzcal_board_calibration **result,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a calibration from boards. Strings taken from it die with it.
+ *
+ * @param calibration The calibration; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_board_calibration_free(ptzcal_board_calibration *calibration) PTZCAL_NOEXCEPT;
+
+/**
+ * The camera's calibration, as any other: intrinsics, lens and their covariance; its pose is the
+ * identity. Its measurements are all corners, view after view.
+ *
+ * @param calibration The calibration from boards.
+ * @param camera      Receives a calibration of its own; free it with ptzcal_calibration_free.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_board_calibration_copy_camera(const ptzcal_board_calibration *calibration,
+                                                   ptzcal_calibration **camera,
+                                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * How many views there are.
+ *
+ * @param calibration The calibration from boards.
+ * @param count       Receives the number.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_board_calibration_count(const ptzcal_board_calibration *calibration,
+                                             size_t *count,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a view: rotation 1, everything else 0.
+ *
+ * @param view The struct.
+ * @param size sizeof *view.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_board_view_init(ptzcal_board_view *view, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * What was found about one view.
+ *
+ * @param calibration The calibration from boards.
+ * @param number      The view.
+ * @param view        Receives it; set up by ptzcal_board_view_init.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a view that there is not.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_board_calibration_get_view(const ptzcal_board_calibration *calibration,
+                                                uint32_t number,
+                                                ptzcal_board_view *view,
+                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * How the boards bend: b1 b2 b3 of ptzcal_boards_set_bending; 0 for flat ones.
+ *
+ * @param calibration The calibration from boards.
+ * @param bending     Receives 3 numbers, in the board's unit.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_board_calibration_get_bending(const ptzcal_board_calibration *calibration,
+                                                   double *bending,
+                                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * What to add to make the calibration better, lines of English UTF-8, the most needed first.
+ *
+ * @param calibration The calibration from boards; may be NULL.
+ * @return A string that lives as long as the calibration; "" when nothing is missing, and for NULL;
+ *         never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_board_calibration_advice(const ptzcal_board_calibration *calibration) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * The laser's line
+ *
+ * Where the laser stands beside its camera and where it points, from views of boards with the laser
+ * on (ptzcal_boards, places on the boards in metres): boards at all distances of the work, near ones
+ * above all. Each spot is where the laser's line meets its board; line, poses and lens are adjusted
+ * together. The result is a rig model that is ready for use, and a covariance of all that depths
+ * depend on.
+ * ============================================================================================= */
+
+/** A calibrated laser line. Immutable: any number of threads may read it. */
+typedef struct ptzcal_laser_calibration ptzcal_laser_calibration;
+
+/** A laser's line in its camera's frame: points (x0 + vx Z, y0 + vy Z, Z). */
+typedef struct ptzcal_laser_line {
+  /** Set by ptzcal_laser_line_init. */
+  uint32_t struct_size;
+  /** Spots used. */
+  uint32_t spots;
+  /** Metres. */
+  double x0;
+  /** Metres. */
+  double y0;
+  /** Slope, metres per metre of depth. */
+  double vx;
+  /** Slope, metres per metre of depth. */
+  double vy;
+  /** Root mean square length of the used spots' residuals, pixels. */
+  double rms;
+  /**
+   * 7 x 7, row-major: of x0, y0 (metres), vx, vy (slopes), the logarithm of the common scale of fx
+   * and fy, cx, cy (pixels). The first four rows and columns are the line's own; those of a lens
+   * that was not free are 0.
+   */
+  double covariance[49];
+} ptzcal_laser_line;
+
+/**
+ * Calibrates the laser's line. The lens comes from the same corners; or it is known exactly
+ * (ptzcal_calibration_options_set_lens); or it was measured before, from other images, and its
+ * covariance is believed. Spots that disagree with most others are set aside.
+ *
+ * @param boards  The views, with the spots of two or more.
+ * @param lens    The lens that was measured before; may be NULL. A calibration from these same views would
+ *                count them twice.
+ * @param options The options; may be NULL: the defaults.
+ * @param laser   Receives the result; free it with ptzcal_laser_calibration_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; what ptzcal_calibrate_from_boards returns; PTZCAL_STATUS_TOO_FEW_POINTS
+ *         (fewer than two spots); PTZCAL_STATUS_DEGENERATE (boards at one distance, a laser along a board,
+ *         spots that do not move: the message says which); PTZCAL_STATUS_NO_CONSENSUS;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT (a baseline below 1 mm, or a lens in both places).
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibrate_laser_line(const ptzcal_boards *boards,
+                                          const ptzcal_calibration *lens,
+                                          const ptzcal_calibration_options *options,
+                                          ptzcal_laser_calibration **laser,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a laser calibration.
+ *
+ * @param laser The laser calibration; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_laser_calibration_free(ptzcal_laser_calibration *laser) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a line: everything 0.
+ *
+ * @param line The struct.
+ * @param size sizeof *line.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_laser_line_init(ptzcal_laser_line *line, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * The laser's line and its covariance.
+ *
+ * @param laser The laser calibration.
+ * @param line  Receives the line; set up by ptzcal_laser_line_init.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_laser_calibration_get_line(const ptzcal_laser_calibration *laser,
+                                                ptzcal_laser_line *line,
+                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * A rig with the lens and the laser that were found; axes through the camera's centre, true encoders.
+ *
+ * @param laser The laser calibration.
+ * @param model Receives the rig model; set up by ptzcal_rig_model_init.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_laser_calibration_get_rig_model(const ptzcal_laser_calibration *laser,
+                                                     ptzcal_rig_model *model,
+                                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Lens and poses as the joint adjustment left them.
+ *
+ * @param laser  The laser calibration.
+ * @param boards Receives a calibration of its own; free it with ptzcal_board_calibration_free.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_laser_calibration_copy_boards(const ptzcal_laser_calibration *laser,
+                                                   ptzcal_board_calibration **boards,
+                                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Measured minus predicted pixel of the spot of every view, outliers included: n x 2 numbers, n the
+ * number of views. Infinite where there is no spot, or none is predicted.
+ *
+ * @param laser    The laser calibration.
+ * @param buffer   Receives the numbers; may be NULL when capacity is 0.
+ * @param capacity How many numbers the buffer holds.
+ * @param needed   Receives how many there are, also when they do not fit; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_laser_calibration_copy_residuals(const ptzcal_laser_calibration *laser,
+                                                      double *buffer,
+                                                      size_t capacity,
+                                                      size_t *needed,
+                                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Which views' spots were used: n bytes, n the number of views; 1 for a spot that was used, 0 for an
+ * outlier and where there is no spot.
+ *
+ * @param laser    The laser calibration.
+ * @param buffer   Receives the bytes; may be NULL when capacity is 0.
+ * @param capacity How many bytes the buffer holds.
+ * @param needed   Receives how many there are, also when they do not fit; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_laser_calibration_copy_inliers(const ptzcal_laser_calibration *laser,
+                                                    uint8_t *buffer,
+                                                    size_t capacity,
+                                                    size_t *needed,
+                                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
  * Planes and roof edges

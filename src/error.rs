@@ -61,6 +61,12 @@ pub enum Degeneracy {
     ImageCollapsed,
     /// The edges (or planes) are parallel: a translation or rotation is unobservable.
     Parallel,
+    /// All calibration boards are parallel to each other: focal length and distance trade off.
+    ParallelBoards,
+    /// All boards are at one distance: the laser's offset and slope trade off.
+    OneDistance,
+    /// The lines all meet in one point: they show its image and nothing of the depth behind it.
+    Concurrent,
     /// Other near-singular geometry, such as points on a twisted cubic through the centre.
     IllConditioned,
 }
@@ -78,7 +84,12 @@ impl Degeneracy {
                 "the points have too little relief for their noise: add points at other depths, or fix the intrinsics"
             }
             Self::ImageCollapsed => "the image points cover too little of the image: spread them over the image",
+            Self::ParallelBoards => "the boards are parallel: add views tilted by 20 to 40 degrees, each another way",
+            Self::OneDistance => {
+                "the boards are at one distance: add views nearer and farther, over all depths of the work"
+            }
             Self::Parallel => "the edges are (nearly) parallel: add an edge in another direction",
+            Self::Concurrent => "the lines all meet in one point: add lines that pass it by, or two points",
             Self::IllConditioned => "the geometry is nearly singular: add points at other depths and directions",
         }
     }
@@ -118,6 +129,9 @@ pub enum Error {
     Unreachable { reason: String },
     #[error("point {index} is outside what the lens model covers")]
     OutsideLens { index: usize },
+    /// One of several cameras failed.
+    #[error("camera {index}: {source}")]
+    Camera { index: usize, source: Box<Error> },
 
     #[error("not found: {reason}")]
     NotFound { reason: String },
@@ -165,8 +179,14 @@ impl Error {
         Self::Degenerate { kind, detail: detail.into() }
     }
 
+    /// The fault of one camera among several.
+    pub fn in_camera(index: usize, source: Self) -> Self {
+        Self::Camera { index, source: Box::new(source) }
+    }
+
     pub fn status(&self) -> Status {
         match self {
+            Self::Camera { source, .. } => source.status(),
             Self::InvalidArgument { .. } => Status::InvalidArgument,
             Self::NullPointer { .. } => Status::NullPointer,
             Self::NotFinite { .. } => Status::NotFinite,
@@ -201,7 +221,10 @@ impl Error {
     /// Which point, view or sample is at fault, where one is.
     pub fn index(&self) -> Option<usize> {
         match self {
-            Self::NotFinite { index, .. } | Self::BehindCamera { index } | Self::OutsideLens { index } => Some(*index),
+            Self::NotFinite { index, .. }
+            | Self::BehindCamera { index }
+            | Self::OutsideLens { index }
+            | Self::Camera { index, .. } => Some(*index),
             _ => None,
         }
     }
@@ -209,6 +232,7 @@ impl Error {
     /// What the user can do about it, where there is something to say.
     pub fn hint(&self) -> Option<&'static str> {
         match self {
+            Self::Camera { source, .. } => source.hint(),
             Self::Degenerate { kind, .. } => Some(kind.hint()),
             Self::TooFewPoints { .. } => Some("add points spread over the image and over depth"),
             Self::NoConvergence { .. } => {

@@ -6,7 +6,7 @@
 //! ```text
 //! capi                               the C API: translates and checks, computes nothing
 //! rig                                workflows: aim, move, scan
-//! detect  calibrate  pose            algorithms: pure functions of their input
+//! detect  calibrate  adjust  pose    algorithms: pure functions of their input
 //! device  sim                        the ports (traits) and what implements them
 //! geometry  image  format            foundations: pure data, maths and files
 //! control  error                     cancel, progress, log; the error type
@@ -17,6 +17,7 @@
 //! Rig frame = head frame at pan = tilt = 0; positive pan turns right, positive tilt turns up.
 #![deny(unsafe_code)]
 
+pub mod adjust;
 pub mod calibrate;
 #[doc(hidden)]
 pub mod capi;

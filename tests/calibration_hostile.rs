@@ -5,7 +5,9 @@ mod thesis;
 
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use ptzcal::Error;
-use ptzcal::calibrate::{CalibrationOptions, Correspondences, DistortionModel, Observation, calibrate_camera};
+use ptzcal::calibrate::{
+    CalibrationOptions, Correspondences, DistortionModel, Observation, ObservedLine, calibrate_camera,
+};
 use ptzcal::geometry::{Distortion, Intrinsics, InverseDepthPoint};
 use thesis::Noise;
 
@@ -33,7 +35,7 @@ fn observation(noise: &mut Noise, sane: f64) -> Observation {
         Vector2::new(value(noise), value(noise))
     };
     let covariance = Matrix2::identity() * 10f64.powf(noise.uniform() * 20.0 - 10.0);
-    match (noise.uniform() * 3.0) as u32 {
+    match (noise.uniform() * 4.0) as u32 {
         0 => Observation::Point { world: vector(noise), world_covariance: None, pixel, pixel_covariance: None },
         1 => {
             let e = vector(noise);
@@ -43,6 +45,11 @@ fn observation(noise: &mut Noise, sane: f64) -> Observation {
                 pixel,
                 pixel_covariance: Some(covariance),
             }
+        }
+        2 => {
+            let end = if sane_now { pixel.yx() + Vector2::new(30.0, 0.0) } else { vector(noise).xy() };
+            let covariances = (noise.uniform() < 0.5).then(|| [Matrix3::identity() * noise.uniform(); 2]);
+            ObservedLine::through([vector(noise), vector(noise)], covariances, [pixel, end]).into()
         }
         _ => Observation::Shot {
             shot: InverseDepthPoint {
@@ -74,7 +81,8 @@ fn random_nonsense_never_panics_hangs_or_returns_nan() {
             DistortionModel::Radial2,
             DistortionModel::BrownConrady,
             DistortionModel::Division,
-        ][(seed % 5) as usize];
+            DistortionModel::Fisheye,
+        ][(seed % 6) as usize];
         let lens = (Intrinsics::new(500.0, 400.0, 300.0), Distortion::Division(-0.1));
         let options = CalibrationOptions {
             distortion,

@@ -52,10 +52,11 @@ fn camera(distortion: Distortion) -> Camera {
     }
 }
 
-fn lenses() -> [Distortion; 3] {
+fn lenses() -> [Distortion; 4] {
     [
         Distortion::None,
         Distortion::BrownConrady([-0.28, 0.1 + 0.2, 1e-3, -2e-4 / 3.0, 1e-300]),
+        Distortion::Fisheye([-0.012, 0.1 + 0.2, -1e-3 / 3.0, 1e-300]),
         Distortion::Division(-0.2),
     ]
 }
@@ -191,7 +192,7 @@ fn a_failed_write_leaves_nothing_behind() {
 #[test]
 fn yaml_gives_back_every_bit() {
     let folder = Folder::new("yaml");
-    for lens in &lenses()[..2] {
+    for lens in &lenses()[..3] {
         for rms in [None, Some(0.1 + 0.2)] {
             let file = OpenCvCamera { camera: camera(*lens), rms };
             write_opencv_yaml(&folder.file("camera.yaml"), &file).unwrap();
@@ -240,8 +241,17 @@ fn yaml_of_others_is_read() {
         0, 1]\n";
     assert_eq!(read(ros).unwrap().camera, file.camera);
 
+    // A fisheye lens, as ROS and as OpenCV's sample write it.
+    let four = ros.replace("cols: 5\n  data: [-0.41, 0.57, 0, 0, -0.5]", "cols: 4\n  data: [-0.01, 0.02, 0, 0.5]");
+    let fisheye = Distortion::Fisheye([-0.01, 0.02, 0.0, 0.5]);
+    assert_eq!(read(&four.replace("plumb_bob", "equidistant")).unwrap().camera.distortion, fisheye);
+    let flagged = |flag: &str| read(&four.replace("distortion_model: plumb_bob", flag)).unwrap().camera.distortion;
+    assert_eq!(flagged("fisheye_model: 1"), fisheye);
+    assert_eq!(flagged("fisheye_model: 0"), Distortion::BrownConrady([-0.01, 0.02, 0.0, 0.5, 0.0]));
+
     for (from, to, status, word) in [
-        ("plumb_bob", "equidistant", Status::Unsupported, "equidistant"),
+        ("plumb_bob", "spherical", Status::Unsupported, "spherical"),
+        ("plumb_bob", "equidistant", Status::FileFormat, "5 numbers of a fisheye lens"),
         ("cols: 5\n  data: [-0.41,", "cols: 8\n  data: [1, 0, 0, -0.41,", Status::Unsupported, "8 coefficients"),
         ("data: [-0.41,", "data: [", Status::FileFormat, "4 numbers"),
         ("data: [-0.41,", "data: [.Nan,", Status::FileFormat, "distortion_coefficients"),

@@ -6,6 +6,8 @@ mod data;
 #[allow(dead_code)]
 #[path = "../examples/accuracy/figure.rs"]
 mod figure;
+#[path = "support/meva.rs"]
+mod meva;
 #[path = "../examples/accuracy/real.rs"]
 mod real;
 

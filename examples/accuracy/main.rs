@@ -1,10 +1,23 @@
 //! `make accuracy`: the figures of the README against truth that nobody tuned to. Prints a table and
-//! writes target/accuracy.json. `accuracy quick` takes a tenth of the runs.
+//! writes target/accuracy.json. `accuracy quick` takes a tenth of the runs, `accuracy joint` (or
+//! another part's name) runs that part alone.
 
+#[path = "../../tests/support/boards.rs"]
+mod board;
+mod boards;
+mod bounds;
 #[path = "../../tests/support/data.rs"]
 mod data;
+#[path = "../../tests/support/edges.rs"]
+mod edges;
 mod end_to_end;
 mod figure;
+mod groups;
+mod joint;
+mod lens;
+mod lines;
+#[path = "../../tests/support/meva.rs"]
+mod meva;
 mod outliers;
 mod real;
 mod simulated;
@@ -19,11 +32,11 @@ fn main() -> std::io::Result<()> {
     let quick = std::env::args().any(|a| a == "quick");
     let scale = |runs: usize| if quick { (runs / 10).max(20) } else { runs };
     let mut figures = Vec::new();
-    println!("{:<6} {:<58} {:>12} {:>12} {:>8} {:>7}", "goal", "set-up", "measured", "bound", "ratio", "limit");
+    println!("{:<6} {:<68} {:>12} {:>12} {:>8} {:>7}", "goal", "set-up", "measured", "bound", "ratio", "limit");
     let mut report = |new: Vec<Figure>| {
         for f in &new {
             println!(
-                "{:<6} {:<58} {:>9.4} {:<2} {:>9.4} {:<2} {:>8.3} {:>7.2} {}",
+                "{:<6} {:<68} {:>9.4} {:<2} {:>9.4} {:<2} {:>8.3} {:>7.2} {}",
                 f.goal,
                 f.setup,
                 f.figure,
@@ -37,10 +50,32 @@ fn main() -> std::io::Result<()> {
         }
         figures.extend(new);
     };
-    simulated::run(scale(400), &mut report);
-    outliers::run(scale(1000), &mut report);
-    end_to_end::run(&mut report);
-    real::run(&mut report);
+    let only = std::env::args().skip(1).find(|a| a != "quick");
+    let wanted = |part: &str| only.as_deref().is_none_or(|o| o == part);
+    if wanted("joint") {
+        joint::run(scale(400), &mut report);
+    }
+    if wanted("simulated") {
+        simulated::run(scale(400), &mut report);
+    }
+    if wanted("boards") {
+        boards::run(scale(400), &mut report);
+    }
+    if wanted("outliers") {
+        outliers::run(scale(1000), &mut report);
+    }
+    if wanted("lines") {
+        lines::run(scale(500), &mut report);
+    }
+    if wanted("lens") {
+        lens::run(scale(400), &mut report);
+    }
+    if wanted("end_to_end") {
+        end_to_end::run(&mut report);
+    }
+    if wanted("real") {
+        real::run(&mut report);
+    }
     let entries: Vec<serde_json::Value> = figures
         .iter()
         .map(|f| {

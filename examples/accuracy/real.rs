@@ -6,8 +6,8 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use ptzcal::calibrate::{Calibration, CalibrationOptions, Correspondences, DistortionModel, calibrate_camera};
 use ptzcal::geometry::{Distortion, Intrinsics};
 
-use super::data;
 use super::figure::Figure;
+use super::{data, meva};
 
 pub fn run(report: &mut impl FnMut(Vec<Figure>)) {
     for (name, measure) in
@@ -47,21 +47,33 @@ fn calibrate(
     calibrate_camera(&set, options).map_err(|e| println!("{e}")).ok()
 }
 
-/// A surveillance camera from hand-annotated pixels of surveyed points.
+/// Surveillance cameras from hand-annotated pixels of surveyed points. G341 has no distortion; G506 has
+/// much, and its points are nearly flat; G436 has eleven points, so its answer must fit its covariance.
 fn meva(folder: &Path) -> Option<Vec<Figure>> {
-    let krtd = data::numbers(&folder.join("cameras/G341.krtd")).ok()?;
-    let r = Matrix3::from_fn(|i, j| krtd[3 + i][j]);
-    let centre = -(r.transpose() * Vector3::from_column_slice(&krtd[6]));
-    let rows = data::numbers(&folder.join("corr/G341.csv")).ok()?;
-    let world: Vec<_> = rows.iter().map(|r| Vector3::new(r[1], r[2], r[3])).collect();
-    let pixels: Vec<_> = rows.iter().map(|r| Vector2::new(r[4], r[5])).collect();
-    let c = calibrate((1920, 1080), &world, &pixels, &CalibrationOptions::default())?;
-    let f = c.camera.intrinsics.fx;
-    let off = (c.camera.centre() - centre).norm();
-    Some(vec![
-        against("MEVA G341, 40 surveyed points: f", f, krtd[0][0], 0.005 * krtd[0][0], "px"),
-        against("MEVA G341: centre off by", off, 0.0, 0.15, "m"),
-    ])
+    let mut figures = Vec::new();
+    for (name, distortion) in [
+        ("G341", DistortionModel::None),
+        ("G506", DistortionModel::Division),
+        ("G506", DistortionModel::Radial2),
+        ("G436", DistortionModel::Division),
+    ] {
+        let truth = meva::camera(folder, name).map_err(|e| println!("{e}")).ok()?;
+        let options = CalibrationOptions { distortion, ..Default::default() };
+        let c = calibrate_camera(&truth.set, &options).map_err(|e| println!("{e}")).ok()?;
+        let f = c.camera.intrinsics.fx;
+        let off = (c.camera.centre() - truth.centre).norm();
+        let size = c.covariance.nrows();
+        let of_centre = (size - 3..size).map(|i| c.covariance[(i, i)]).sum::<f64>().sqrt();
+        let (f_within, off_within) = match name {
+            "G341" => (0.005 * truth.focal, 0.15),
+            "G506" => (0.005 * truth.focal, 0.05),
+            _ => (3.0 * c.covariance[(0, 0)].sqrt(), 3.0 * of_centre),
+        };
+        let setup = format!("MEVA {name}, {} surveyed points, {distortion:?}", truth.set.len());
+        figures.push(against(format!("{setup}: f"), f, truth.focal, f_within, "px"));
+        figures.push(against(format!("{setup}: centre off by"), off, 0.0, off_within, "m"));
+    }
+    Some(figures)
 }
 
 /// Zhang's measured corners in the camera frame of his published poses.

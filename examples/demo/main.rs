@@ -4,6 +4,8 @@
 
 #[path = "../../tests/support/data.rs"]
 mod data;
+#[path = "../../tests/support/meva.rs"]
+mod meva;
 mod picture;
 mod real;
 mod stations;

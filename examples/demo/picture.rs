@@ -89,7 +89,7 @@ pub fn residuals(folder: &Path, simulator: &Simulator, set: &Correspondences, c:
     // Darker, so that the arrows stand out.
     picture.pixels_mut().for_each(|p| p.0 = p.0.map(|v| v / 2));
     for ((observation, residual), inlier) in set.observations().iter().zip(&c.residuals).zip(&c.inliers) {
-        let at = observation.pixel();
+        let at = observation.pixels()[0];
         if *inlier {
             line(&mut picture, at, at + residual * EXAGGERATION, GREEN);
             circle(&mut picture, at, 1.0, YELLOW);

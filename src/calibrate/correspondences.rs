@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
+use super::line::ObservedLine;
 use crate::error::{Error, Result};
 use crate::geometry::InverseDepthPoint;
 use crate::geometry::linalg::symmetric_eigen3;
@@ -9,8 +10,8 @@ use crate::geometry::linalg::symmetric_eigen3;
 /// Largest coordinate that is taken for one, in metres or pixels: squares and their sums stay finite.
 const MAX_COORDINATE: f64 = 1e12;
 
-/// One 2D-3D measurement.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// One 2D-3D measurement: two equations, whatever its kind.
+#[derive(Debug, Clone, PartialEq)]
 pub enum Observation {
     /// A point whose position is known, exactly or with a covariance (m^2).
     Point {
@@ -22,17 +23,49 @@ pub enum Observation {
     },
     /// A laser shot: the point lies on a known ray, its inverse depth is measured.
     Shot { shot: InverseDepthPoint, pixel: Vector2<f64>, pixel_covariance: Matrix2<f64> },
+    /// A line whose position in space is known, seen as a segment.
+    Line(Box<ObservedLine>),
 }
 
 impl Observation {
-    pub fn pixel(&self) -> Vector2<f64> {
+    /// Where it was seen: its pixel, or the two ends of its segment.
+    pub fn pixels(&self) -> &[Vector2<f64>] {
         match self {
-            Self::Point { pixel, .. } | Self::Shot { pixel, .. } => *pixel,
+            Self::Point { pixel, .. } | Self::Shot { pixel, .. } => std::slice::from_ref(pixel),
+            Self::Line(line) => &line.ends,
         }
     }
 }
 
-/// 2D-3D measurements of one camera, in any mixture.
+impl From<ObservedLine> for Observation {
+    fn from(line: ObservedLine) -> Self {
+        Self::Line(Box::new(line))
+    }
+}
+
+pub(super) fn check_finite(values: &[f64], name: &'static str, index: usize) -> Result<()> {
+    match values.iter().find(|v| v.is_nan() || v.abs() > MAX_COORDINATE) {
+        None => Ok(()),
+        Some(v) if v.is_finite() => Err(Error::invalid(name, format!("{v:e} of point {index} is beyond measure"))),
+        Some(_) => Err(Error::NotFinite { name, index }),
+    }
+}
+
+/// Refuses a pixel's covariance that is not positive definite.
+pub(super) fn check_positive(c: &Matrix2<f64>, index: usize) -> Result<()> {
+    check_finite(c.as_slice(), "uv covariance", index)?;
+    if c.m11 > 0.0 && c.determinant() > 0.0 && c.m12 == c.m21 {
+        Ok(())
+    } else {
+        Err(not_positive("uv covariance", index))
+    }
+}
+
+fn not_positive(name: &'static str, index: usize) -> Error {
+    Error::invalid(name, format!("of point {index} is not positive definite"))
+}
+
+/// 2D-3D measurements of one camera, in any mixture of points, laser shots and lines.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Correspondences {
     width: u32,
@@ -72,44 +105,36 @@ impl Correspondences {
     /// Adds one measurement; refuses what is not finite and covariances that are not positive.
     pub fn add(&mut self, observation: Observation) -> Result<()> {
         let index = self.observations.len();
-        let finite = |values: &[f64], name| match values.iter().find(|v| v.is_nan() || v.abs() > MAX_COORDINATE) {
-            None => Ok(()),
-            Some(v) if v.is_finite() => Err(Error::invalid(name, format!("{v:e} of point {index} is beyond measure"))),
-            Some(_) => Err(Error::NotFinite { name, index }),
-        };
-        let positive2 = |c: &Matrix2<f64>| c.m11 > 0.0 && c.determinant() > 0.0 && c.m12 == c.m21;
-        let bad = |what: &'static str| Error::invalid(what, format!("of point {index} is not positive definite"));
-        finite(observation.pixel().as_slice(), "uv")?;
         match &observation {
-            Observation::Point { world, world_covariance, pixel_covariance, .. } => {
-                finite(world.as_slice(), "xyz")?;
+            Observation::Point { world, world_covariance, pixel, pixel_covariance } => {
+                check_finite(pixel.as_slice(), "uv", index)?;
+                check_finite(world.as_slice(), "xyz", index)?;
                 if let Some(c) = world_covariance {
-                    finite(c.as_slice(), "xyz covariance")?;
+                    check_finite(c.as_slice(), "xyz covariance", index)?;
                     // Semi-definite is fine: a shot's covariance has rank one.
                     let least = symmetric_eigen3(&(c + c.transpose())).map(|(values, _)| values[2]);
                     if least.is_none_or(|least| least < -1e-9 * c.amax()) {
-                        return Err(bad("xyz covariance"));
+                        return Err(not_positive("xyz covariance", index));
                     }
                 }
                 if let Some(c) = pixel_covariance {
-                    finite(c.as_slice(), "uv covariance")?;
-                    if !positive2(c) {
-                        return Err(bad("uv covariance"));
-                    }
+                    check_positive(c, index)?;
                 }
             }
-            Observation::Shot { shot, pixel_covariance, .. } => {
-                finite(shot.origin.as_slice(), "shot origin")?;
-                finite(shot.direction.as_slice(), "shot direction")?;
-                finite(&[shot.rho, shot.variance], "shot inverse depth")?;
-                finite(pixel_covariance.as_slice(), "uv covariance")?;
-                if shot.variance <= 0.0 || !positive2(pixel_covariance) {
-                    return Err(bad("covariance"));
+            Observation::Shot { shot, pixel, pixel_covariance } => {
+                check_finite(pixel.as_slice(), "uv", index)?;
+                check_finite(shot.origin.as_slice(), "shot origin", index)?;
+                check_finite(shot.direction.as_slice(), "shot direction", index)?;
+                check_finite(&[shot.rho, shot.variance], "shot inverse depth", index)?;
+                check_positive(pixel_covariance, index)?;
+                if shot.variance <= 0.0 {
+                    return Err(not_positive("inverse depth variance", index));
                 }
                 if shot.direction.norm_squared() == 0.0 {
                     return Err(Error::invalid("shot direction", format!("of point {index} is zero")));
                 }
             }
+            Observation::Line(line) => line.check(index)?,
         }
         self.observations.push(observation);
         Ok(())

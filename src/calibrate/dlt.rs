@@ -1,16 +1,20 @@
 //! Direct linear transforms: from 2D-3D sets to the 3x4 projection matrix.
 //!
-//! `points` is the thesis's DLT-Points, eqs (2)-(3) with Hartley's normalisation; `inverse_depth` the
-//! closed form that is statistically efficient for laser shots (maths.md section 9.2); `minimal` the
-//! null vector of six points for sampling.
+//! `points` is the thesis's DLT-Points, eqs (2)-(3) with Hartley's normalisation; `lines` its DLT-Lines;
+//! `inverse_depth` the closed form for every mixture, statistically efficient for laser shots too
+//! (maths.md section 9.2); `minimal` the null vector of six measurements for sampling.
 
-use nalgebra::{Matrix2, Matrix3x4, SVector, Vector2, Vector3, Vector4};
+use nalgebra::{Matrix3, Matrix3x4, Vector2, Vector3, Vector4};
 
+pub(crate) use super::closed_form::inverse_depth;
+use super::line_measurement::{LineMeasurement, Span};
 use super::measurement::Measurement;
+use super::stand_ins::stand_ins;
+use super::{Correspondences, ObservedLine};
 use crate::error::{Degeneracy, Error, Result};
-use crate::geometry::linalg::{
-    Matrix12, Normalisation2, Normalisation3, largest_generalised_eigenvector, right_singular,
-};
+use crate::geometry::Line3;
+use crate::geometry::linalg::{Normalisation2, Normalisation3, right_singular};
+use crate::geometry::rigid::skew;
 
 /// Fewest points that determine a projection matrix.
 pub const MIN_POINTS: usize = 6;
@@ -47,6 +51,47 @@ pub fn points(world: &[Vector3<f64>], pixels: &[Vector2<f64>]) -> Result<Matrix3
     oriented(&p).ok_or_else(|| Error::degenerate(Degeneracy::IllConditioned, "P has no finite camera centre"))
 }
 
+/// DLT-Lines: the matrix P that maps each line of space onto the image line of its segment, from
+/// l^T P X1 = 0 and l^T P X2 = 0 with l the line through the segment's ends and X1, X2 two points of
+/// the line in space; scaled like that of [`points`]. Both sides are Hartley-normalised, l is scaled so
+/// that l^T m is a distance, and all lines weigh the same. Section IV.B of the thesis names it without
+/// equations; they are those of Hartley and Zisserman, Multiple View Geometry (2nd ed., 2004), section
+/// 7.1. World in metres, segments by their two ends in pixels, no lens distortion.
+///
+/// # Errors
+/// `TooFewPoints` below six, `NotFinite`, `InvalidArgument` for a segment without length,
+/// `Degenerate` when the lines do not determine P: they are coplanar, parallel, meet in one point.
+pub fn lines(world: &[Line3], segments: &[[Vector2<f64>; 2]]) -> Result<Matrix3x4<f64>> {
+    if world.len() != segments.len() {
+        return Err(Error::invalid("uv", format!("{} segments for {} lines", segments.len(), world.len())));
+    }
+    let mut set = Correspondences::new(1, 1)?;
+    for (line, ends) in world.iter().zip(segments) {
+        set.add(ObservedLine::new(line.point, line.direction, *ends).into())?;
+    }
+    let measurements = measurements(&set)?;
+    let frame = Frame::of(&measurements)
+        .ok_or_else(|| Error::degenerate(Degeneracy::Concurrent, "the lines or their segments coincide"))?;
+    let rows: Vec<[f64; 12]> =
+        measurements.iter().filter_map(Measurement::as_line).flat_map(|m| line_rows(&frame, m)).collect();
+    let svd = right_singular(&rows);
+    if svd.values[10] <= 1e-10 * svd.values[0] {
+        return Err(Error::degenerate(
+            Degeneracy::IllConditioned,
+            "more than one projection matrix explains the lines (coplanar, parallel, or through one point)",
+        ));
+    }
+    frame
+        .denormalise(&svd.vectors[11])
+        .ok_or_else(|| Error::degenerate(Degeneracy::IllConditioned, "P has no finite camera centre"))
+}
+
+/// The two rows l^T P X = 0 of a line for the row-ordered entries of P.
+fn line_rows(frame: &Frame, m: &LineMeasurement) -> [[f64; 12]; 2] {
+    let (l, _) = frame.image_line(m);
+    frame.span(m).points.map(|x| std::array::from_fn(|i| l[i / 4] * x[i % 4]))
+}
+
 /// The two independent rows of eq. (2) for the row-ordered entries of P.
 fn rows(x: &Vector4<f64>, m: &Vector2<f64>) -> [[f64; 12]; 2] {
     let mut r = [[0.0; 12]; 2];
@@ -69,19 +114,37 @@ fn oriented(p: &Matrix3x4<f64>) -> Option<Matrix3x4<f64>> {
 
 /// Normalisation of both sides for a set of measurements; `None` when they collapse.
 pub(crate) struct Frame {
-    space: Normalisation3,
-    image: Normalisation2,
+    pub space: Normalisation3,
+    pub image: Normalisation2,
 }
 
 impl Frame {
     /// Points at or beyond infinity are left out of the centroid.
     pub fn of(measurements: &[Measurement]) -> Option<Self> {
-        let finite = measurements.iter().filter_map(Measurement::position);
-        let pixels: Vec<_> = measurements.iter().map(|m| m.pixel).collect();
-        Some(Self { space: Normalisation3::of(finite)?, image: Normalisation2::of(&pixels)? })
+        let finite = stand_ins(measurements, |m| Some((m.position()?, Matrix3::zeros())))?;
+        let pixels: Vec<_> = measurements.iter().flat_map(|m| m.pixels()).copied().collect();
+        Some(Self { space: Normalisation3::of(finite.iter().map(|(x, _)| *x))?, image: Normalisation2::of(&pixels)? })
     }
 
-    fn denormalise(&self, p: &[f64]) -> Option<Matrix3x4<f64>> {
+    pub fn span(&self, m: &LineMeasurement) -> Span {
+        m.span(&self.space.centre, self.space.scale)
+    }
+
+    /// The line l through a segment's ends with l^T m the distance of m, and l's covariance.
+    pub fn image_line(&self, m: &LineMeasurement) -> (Vector3<f64>, Matrix3<f64>) {
+        let [a, b] = m.ends.map(|end| self.image.apply(&end).push(1.0));
+        let l = a.cross(&b);
+        let unit = 1.0 / l.xy().norm();
+        // d(a x b) = -[b]x da + [a]x db, and an end moves in the image only.
+        let (by_a, by_b) = (skew(&b) * -unit, skew(&a) * unit);
+        let moved = |by: Matrix3<f64>, end: usize| {
+            let by = by.fixed_columns::<2>(0).into_owned();
+            by * (m.end_covariances[end] * (self.image.scale * self.image.scale)) * by.transpose()
+        };
+        (l * unit, moved(by_a, 0) + moved(by_b, 1))
+    }
+
+    pub fn denormalise(&self, p: &[f64]) -> Option<Matrix3x4<f64>> {
         oriented(&(self.image.inverse_matrix() * Matrix3x4::from_row_slice(p) * self.space.matrix()))
     }
 }
@@ -92,8 +155,13 @@ pub(crate) fn minimal(frame: &Frame, six: &[Measurement; MIN_POINTS]) -> Option<
     let t = frame.space.matrix();
     let mut a = [[0.0; 12]; 12];
     for (i, m) in six.iter().enumerate() {
-        let x = t * m.homogeneous(m.rho);
-        let pair = rows(&(x / x.norm()), &frame.image.apply(&m.pixel));
+        let pair = match m {
+            Measurement::Point(m) => {
+                let x = t * m.homogeneous(m.rho);
+                rows(&(x / x.norm()), &frame.image.apply(&m.pixel))
+            }
+            Measurement::Line(m) => line_rows(frame, m),
+        };
         a[2 * i] = pair[0];
         a[2 * i + 1] = pair[1];
     }
@@ -142,108 +210,19 @@ fn null_vector(a: &mut [[f64; 12]; 12]) -> Option<[f64; 12]> {
     p.iter().all(|v| v.is_finite()).then_some(p)
 }
 
-/// Closed form for noisy points: the algebraic error under Taubin's norm (the noise's known
-/// covariance), then once more with each row whitened by its own noise. For laser shots in inverse
-/// depth this sits on the Cramer-Rao bound without iteration; for exact points it is DLT-Points with
-/// its rows weighted by depth. Depends only on the ratio of the noises.
-pub(crate) fn inverse_depth(measurements: &[Measurement]) -> Option<Matrix3x4<f64>> {
-    if measurements.len() < MIN_POINTS {
-        return None;
-    }
-    let frame = Frame::of(measurements)?;
-    let t = frame.space.matrix();
-    let s = frame.image.scale;
-    let mut weights = vec![Matrix2::identity(); measurements.len()];
-    let mut p = SVector::<f64, 12>::zeros();
-    for pass in 0..2 {
-        let (mut h, mut n) = (Matrix12::zeros(), Matrix12::zeros());
-        for (m, w) in measurements.iter().zip(&mut weights) {
-            let x = t * m.homogeneous(m.rho);
-            let pixel = frame.image.apply(&m.pixel);
-            let noise = m.pixel_covariance * (s * s);
-            if pass == 1 {
-                *w = whitening(&p, &t, m, &x, &pixel, &noise)?;
-            }
-            accumulate(&mut h, w, &x, &pixel);
-            for column in m.noise_columns() {
-                accumulate(&mut n, w, &(t * column), &pixel);
-            }
-            let third = (*w * noise).trace();
-            for i in 0..4 {
-                for j in i..4 {
-                    n[(8 + i, 8 + j)] += third * x[i] * x[j];
-                }
-            }
-        }
-        mirror(&mut h);
-        mirror(&mut n);
-        // Noiseless data make H singular along the answer: a ridge far below any noise keeps it definite.
-        for i in 0..12 {
-            h[(i, i)] *= 1.0 + 1e-14;
-        }
-        p = largest_generalised_eigenvector(&n, &h)?;
-    }
-    frame.denormalise(p.as_slice())
-}
-
-/// Inverse covariance of the two algebraic residuals of a point under the current P.
-fn whitening(
-    p: &SVector<f64, 12>,
-    t: &nalgebra::Matrix4<f64>,
-    m: &Measurement,
-    x: &Vector4<f64>,
-    pixel: &Vector2<f64>,
-    noise: &Matrix2<f64>,
-) -> Option<Matrix2<f64>> {
-    let row =
-        |k: usize, y: &Vector4<f64>| p[4 * k] * y.x + p[4 * k + 1] * y.y + p[4 * k + 2] * y.z + p[4 * k + 3] * y.w;
-    let depth = row(2, x);
-    let mut covariance = noise * (depth * depth);
-    for column in m.noise_columns() {
-        let y = t * column;
-        let third = row(2, &y);
-        let q = Vector2::new(row(0, &y) - pixel.x * third, row(1, &y) - pixel.y * third);
-        covariance += q * q.transpose();
-    }
-    covariance.try_inverse().filter(|w| w.iter().all(|v| v.is_finite()))
-}
-
-/// Upper triangle of R^T W R for the two rows of (x, m), added to `h`.
-fn accumulate(h: &mut Matrix12, w: &Matrix2<f64>, x: &Vector4<f64>, m: &Vector2<f64>) {
-    let wm = w * m;
-    let mwm = m.dot(&wm);
-    for i in 0..4 {
-        for j in 0..4 {
-            let xx = x[i] * x[j];
-            if j >= i {
-                h[(i, j)] += w.m11 * xx;
-                h[(4 + i, 4 + j)] += w.m22 * xx;
-                h[(8 + i, 8 + j)] += mwm * xx;
-            }
-            h[(i, 4 + j)] += w.m12 * xx;
-            h[(i, 8 + j)] -= wm.x * xx;
-            h[(4 + i, 8 + j)] -= wm.y * xx;
-        }
-    }
-}
-
-fn mirror(m: &mut Matrix12) {
-    for i in 0..12 {
-        for j in 0..i {
-            m[(i, j)] = m[(j, i)];
-        }
-    }
-}
-
 /// The closed form for a whole set of measurements, taken as free of outliers: P with depths positive.
 ///
 /// # Errors
 /// `TooFewPoints`, `Degenerate`.
-pub fn closed_form(set: &super::Correspondences) -> Result<Matrix3x4<f64>> {
+pub fn closed_form(set: &Correspondences) -> Result<Matrix3x4<f64>> {
+    inverse_depth(&measurements(set)?)
+        .ok_or_else(|| Error::degenerate(Degeneracy::IllConditioned, "the points do not determine a projection matrix"))
+}
+
+/// At a common noise of 1 px where none is stated.
+fn measurements(set: &Correspondences) -> Result<Vec<Measurement>> {
     if set.len() < MIN_POINTS {
         return Err(Error::TooFewPoints { given: set.len(), needed: MIN_POINTS });
     }
-    let measurements: Vec<Measurement> = set.observations().iter().map(|o| Measurement::new(o, 1.0, true)).collect();
-    inverse_depth(&measurements)
-        .ok_or_else(|| Error::degenerate(Degeneracy::IllConditioned, "the points do not determine a projection matrix"))
+    Ok(set.observations().iter().map(|o| Measurement::new(o, 1.0, true)).collect())
 }

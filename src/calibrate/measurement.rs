@@ -1,14 +1,108 @@
-//! One form for all observations: a homogeneous point that is linear in an unknown inverse depth.
+//! Observations as the solver sees them: points and shots share one form, a homogeneous point that is
+//! linear in an unknown inverse depth; lines have their own.
 
-use nalgebra::{Matrix2, Matrix3x4, SMatrix, Vector2, Vector3, Vector4};
+use nalgebra::{Matrix2, Matrix3, Matrix3x4, SMatrix, Vector2, Vector3, Vector4};
 
 use super::correspondences::Observation;
-use crate::geometry::Camera;
+use super::line_measurement::LineMeasurement;
+use crate::error::Result;
 use crate::geometry::linalg::symmetric_eigen3;
+use crate::geometry::{Camera, InverseDepthPoint};
+
+/// One observation: a residual of two numbers with its covariance under every camera.
+// Points are the rule and come in hundred thousands: an allocation each would cost more than the size.
+#[expect(clippy::large_enum_variant)]
+#[derive(Debug, Clone)]
+pub(crate) enum Measurement {
+    Point(PointMeasurement),
+    Line(Box<LineMeasurement>),
+}
+
+impl Measurement {
+    /// `pixel_sigma`: noise of pixels without a covariance of their own.
+    pub fn new(observation: &Observation, pixel_sigma: f64, sigma_is_assumed: bool) -> Self {
+        match observation {
+            Observation::Shot { shot, pixel, pixel_covariance } => {
+                Self::Point(PointMeasurement::shot(shot, *pixel, *pixel_covariance))
+            }
+            Observation::Point { world, world_covariance, pixel, pixel_covariance } => Self::Point(PointMeasurement {
+                pixel_covariance: pixel_covariance.unwrap_or_else(|| Matrix2::identity() * (pixel_sigma * pixel_sigma)),
+                assumed_noise: pixel_covariance.is_none() && sigma_is_assumed,
+                ..PointMeasurement::point(world, world_covariance.as_ref(), *pixel)
+            }),
+            Observation::Line(line) => Self::Line(Box::new(LineMeasurement::new(line, pixel_sigma, sigma_is_assumed))),
+        }
+    }
+
+    pub fn as_point(&self) -> Option<&PointMeasurement> {
+        if let Self::Point(point) = self { Some(point) } else { None }
+    }
+
+    pub fn as_line(&self) -> Option<&LineMeasurement> {
+        if let Self::Line(line) = self { Some(line) } else { None }
+    }
+
+    /// The pixels' noise is not known but assumed.
+    pub fn assumed_noise(&self) -> bool {
+        match self {
+            Self::Point(point) => point.assumed_noise,
+            Self::Line(line) => line.assumed_noise,
+        }
+    }
+
+    /// Where it was seen: one pixel, or a segment's ends.
+    pub fn pixels(&self) -> &[Vector2<f64>] {
+        match self {
+            Self::Point(point) => std::slice::from_ref(&point.pixel),
+            Self::Line(line) => &line.ends,
+        }
+    }
+
+    /// The same measurement with its pixels and their covariances in another image.
+    pub fn map_pixels(
+        &self,
+        map: impl Fn(&Vector2<f64>, &Matrix2<f64>) -> Result<(Vector2<f64>, Matrix2<f64>)>,
+    ) -> Result<Self> {
+        let mut mapped = self.clone();
+        match &mut mapped {
+            Self::Point(m) => (m.pixel, m.pixel_covariance) = map(&m.pixel, &m.pixel_covariance)?,
+            Self::Line(m) => {
+                for (end, covariance) in m.ends.iter_mut().zip(&mut m.end_covariances) {
+                    (*end, *covariance) = map(end, covariance)?;
+                }
+            }
+        }
+        Ok(mapped)
+    }
+
+    /// Squared Mahalanobis distance from the prediction by a pinhole matrix, errors of the point or
+    /// line included to first order; infinite behind the camera (P scaled to depths > 0).
+    pub fn distance_by_matrix(&self, p: &Matrix3x4<f64>) -> f64 {
+        match self {
+            Self::Point(point) => point.residual_by_matrix(p),
+            Self::Line(line) => line.residual_by_matrix(p),
+        }
+        .map_or(f64::INFINITY, |(r, c)| squared_distance(&r, &c))
+    }
+
+    /// Residual (px) and its first-order covariance: measured minus predicted pixel at the measured
+    /// depth; of a line the distances of the segment's ends.
+    pub fn residual(&self, camera: &Camera) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+        match self {
+            Self::Point(point) => point.residual(camera),
+            Self::Line(line) => line.residual(camera),
+        }
+    }
+
+    /// Like [`distance_by_matrix`](Self::distance_by_matrix), for a camera with its lens.
+    pub fn distance(&self, camera: &Camera) -> f64 {
+        self.residual(camera).map_or(f64::INFINITY, |(r, c)| squared_distance(&r, &c))
+    }
+}
 
 /// X(rho) = base + rho * slope, rho ~ N(measured, sigma_rho^2), seen at `pixel`.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Measurement {
+pub(crate) struct PointMeasurement {
     base: Vector4<f64>,
     slope: Vector4<f64>,
     /// Measured inverse depth; 0 for points.
@@ -24,43 +118,41 @@ pub(crate) struct Measurement {
     pub assumed_noise: bool,
 }
 
-impl Measurement {
-    /// `pixel_sigma`: noise of pixels without a covariance of their own.
-    pub fn new(observation: &Observation, pixel_sigma: f64, sigma_is_assumed: bool) -> Self {
-        match observation {
-            Observation::Shot { shot, pixel, pixel_covariance } => Self {
-                base: shot.direction.push(0.0),
-                slope: shot.origin.push(1.0),
-                rho: shot.rho,
-                sigma_rho: shot.variance.sqrt(),
-                world_root: SMatrix::zeros(),
-                has_world_covariance: false,
-                pixel: *pixel,
-                pixel_covariance: *pixel_covariance,
-                assumed_noise: false,
-            },
-            Observation::Point { world, world_covariance, pixel, pixel_covariance } => {
-                let mut world_root = SMatrix::<f64, 4, 3>::zeros();
-                if let Some((values, axes)) = world_covariance.as_ref().and_then(symmetric_eigen3) {
-                    // Eigenvectors times root eigenvalues: right for semi-definite matrices too.
-                    for i in 0..3 {
-                        let column = axes[i] * values[i].max(0.0).sqrt();
-                        world_root.fixed_view_mut::<3, 1>(0, i).copy_from(&column);
-                    }
-                }
-                Self {
-                    base: world.push(1.0),
-                    slope: Vector4::zeros(),
-                    rho: 0.0,
-                    sigma_rho: 0.0,
-                    world_root,
-                    has_world_covariance: world_covariance.is_some(),
-                    pixel: *pixel,
-                    pixel_covariance: pixel_covariance
-                        .unwrap_or_else(|| Matrix2::identity() * (pixel_sigma * pixel_sigma)),
-                    assumed_noise: pixel_covariance.is_none() && sigma_is_assumed,
-                }
+impl PointMeasurement {
+    fn shot(shot: &InverseDepthPoint, pixel: Vector2<f64>, pixel_covariance: Matrix2<f64>) -> Self {
+        Self {
+            base: shot.direction.push(0.0),
+            slope: shot.origin.push(1.0),
+            rho: shot.rho,
+            sigma_rho: shot.variance.sqrt(),
+            world_root: SMatrix::zeros(),
+            has_world_covariance: false,
+            pixel,
+            pixel_covariance,
+            assumed_noise: false,
+        }
+    }
+
+    /// With a pixel noise of 1 px.
+    fn point(world: &Vector3<f64>, covariance: Option<&Matrix3<f64>>, pixel: Vector2<f64>) -> Self {
+        let mut world_root = SMatrix::<f64, 4, 3>::zeros();
+        if let Some((values, axes)) = covariance.and_then(symmetric_eigen3) {
+            // Eigenvectors times root eigenvalues: right for semi-definite matrices too.
+            for i in 0..3 {
+                let column = axes[i] * values[i].max(0.0).sqrt();
+                world_root.fixed_view_mut::<3, 1>(0, i).copy_from(&column);
             }
+        }
+        Self {
+            base: world.push(1.0),
+            slope: Vector4::zeros(),
+            rho: 0.0,
+            sigma_rho: 0.0,
+            world_root,
+            has_world_covariance: covariance.is_some(),
+            pixel,
+            pixel_covariance: Matrix2::identity(),
+            assumed_noise: false,
         }
     }
 
@@ -93,12 +185,10 @@ impl Measurement {
         depth.into_iter().chain((0..world).map(|i| self.world_root.column(i).into_owned()))
     }
 
-    /// Squared Mahalanobis distance of the pixel from its prediction by a pinhole matrix, errors of
-    /// the point included to first order; infinite behind the camera (P scaled to depths > 0).
-    pub fn distance_by_matrix(&self, p: &Matrix3x4<f64>) -> f64 {
+    fn residual_by_matrix(&self, p: &Matrix3x4<f64>) -> Option<(Vector2<f64>, Matrix2<f64>)> {
         let y = p * self.homogeneous(self.rho);
         if y.z.is_nan() || y.z <= 0.0 {
-            return f64::INFINITY;
+            return None;
         }
         let image = y.xy() / y.z;
         let mut covariance = self.pixel_covariance;
@@ -107,11 +197,10 @@ impl Measurement {
             let g = (e.xy() - image * e.z) / y.z;
             covariance += g * g.transpose();
         }
-        squared_distance(&(self.pixel - image), &covariance)
+        Some((self.pixel - image, covariance))
     }
 
-    /// Residual (measured minus predicted, px) at the measured depth, and its first-order covariance.
-    pub fn residual(&self, camera: &Camera) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+    fn residual(&self, camera: &Camera) -> Option<(Vector2<f64>, Matrix2<f64>)> {
         let x = self.homogeneous(self.rho);
         let p = camera.project_homogeneous(&x.xyz(), x.w)?;
         let mut covariance = self.pixel_covariance;
@@ -121,14 +210,10 @@ impl Measurement {
         }
         Some((self.pixel - p.pixel, covariance))
     }
-
-    /// Like [`distance_by_matrix`](Self::distance_by_matrix), for a camera with its lens.
-    pub fn distance(&self, camera: &Camera) -> f64 {
-        self.residual(camera).map_or(f64::INFINITY, |(r, c)| squared_distance(&r, &c))
-    }
 }
 
-fn squared_distance(r: &Vector2<f64>, c: &Matrix2<f64>) -> f64 {
+/// r^T C^-1 r.
+pub(crate) fn squared_distance(r: &Vector2<f64>, c: &Matrix2<f64>) -> f64 {
     let d = (c.m22 * r.x * r.x - 2.0 * c.m12 * r.x * r.y + c.m11 * r.y * r.y) / c.determinant();
     if d.is_finite() { d } else { f64::INFINITY }
 }

@@ -1,17 +1,33 @@
 //! Calibration of a fixed camera from 2D-3D sets.
 
+pub mod boards;
+mod closed_form;
 mod consensus;
 pub mod correspondences;
 pub mod decompose;
+pub mod division_camera;
+pub mod division_eigenproblem;
 pub mod dlt;
+pub(crate) mod freedom;
+pub mod laser_line;
+mod lens_fit;
+pub mod line;
+mod line_measurement;
 mod measurement;
+pub mod radial_alignment;
 mod refine;
 mod solve;
 mod spread;
+mod stand_ins;
 mod start;
+pub mod uncertainty;
 
+pub use boards::{BoardCalibration, BoardCorner, Boards, calibrate_from_boards};
 pub use correspondences::{Correspondences, Observation};
+pub use laser_line::{LaserCalibration, calibrate_laser_line};
+pub use line::ObservedLine;
 pub use solve::calibrate_camera;
+pub use uncertainty::{UncertainPixel, UncertainPoint, UncertainRay};
 
 use nalgebra::{DMatrix, Vector2};
 
@@ -32,6 +48,8 @@ pub enum DistortionModel {
     /// k1, k2, p1, p2, k3.
     BrownConrady = 3,
     Division = 4,
+    /// k1 k2 k3 k4 of the angle from the axis: wide-angle and dome cameras.
+    Fisheye = 5,
 }
 
 /// How a camera is calibrated. [`Default`] is right for laser shots and measured points.
@@ -81,8 +99,10 @@ pub struct Calibration {
     /// (`R <- exp([w]x) R`, radians, camera axes) and the camera's centre in the world (metres).
     /// Rows of parameters that were not free are zero.
     pub covariance: DMatrix<f64>,
-    /// Measured minus predicted pixel of each observation, px, at its measured depth. Outliers too;
-    /// infinite where the point is behind the camera.
+    /// Measured minus predicted pixel of each observation, px, at its measured depth; of a line the
+    /// signed distances of its segment's two ends from the line's image, positive to the right of it
+    /// as seen from the first end to the second. Outliers too; infinite where the camera cannot see
+    /// the point or line.
     pub residuals: Vec<Vector2<f64>>,
     pub inliers: Vec<bool>,
     /// Root mean square length of the inliers' residuals, px.

@@ -1,97 +1,15 @@
 //! Maximum-likelihood refinement: Levenberg-Marquardt on the reprojection error in the distorted
-//! image, with one inverse depth per laser shot eliminated by its Schur complement (maths.md 9.3) and
-//! soft priors on skew and aspect.
+//! image, with one inverse depth per laser shot eliminated by its Schur complement (maths.md 9.3),
+//! lines by the distances of their segments' ends, and soft priors on skew and aspect.
 
-use nalgebra::{DMatrix, DVector, Matrix2, Vector2, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
-use super::measurement::Measurement;
-use super::{CalibrationOptions, DistortionModel};
+use super::freedom::{ALL, Freedom, Row, full_jacobian, moved, parameters};
+use super::measurement::{Measurement, PointMeasurement};
 use crate::control::Cancel;
 use crate::error::{Error, Result};
+use crate::geometry::Camera;
 use crate::geometry::linalg::invert_spd;
-use crate::geometry::rigid::exp;
-use crate::geometry::{Camera, Distortion, Intrinsics, Rigid};
-
-/// All parameters: fx fy skew cx cy, five distortion coefficients, rotation, centre.
-pub(crate) const ALL: usize = 16;
-const DISTORTION: usize = 5;
-const ROTATION: usize = 10;
-const CENTRE: usize = 13;
-
-type Row = [f64; ALL];
-
-/// An unknown of the refinement: a parameter, and another one that moves along with it.
-#[derive(Debug, Clone, Copy)]
-struct Unknown {
-    parameter: usize,
-    tied: Option<usize>,
-}
-
-impl Unknown {
-    fn moves(&self, parameter: usize) -> bool {
-        parameter == self.parameter || Some(parameter) == self.tied
-    }
-
-    /// The derivative by this unknown, from those by all parameters.
-    fn derivative<T: Copy + std::ops::Add<Output = T>>(&self, by_parameter: &[T; ALL]) -> T {
-        let own = by_parameter[self.parameter];
-        self.tied.map_or(own, |tied| own + by_parameter[tied])
-    }
-}
-
-/// Which parameters are free, and what is believed of them beforehand.
-#[derive(Debug, Clone)]
-pub(crate) struct Freedom {
-    unknowns: Vec<Unknown>,
-    /// Residuals of priors, linear in the parameters: row . parameters ~ N(0, 1), lens scale divided out.
-    priors: Vec<Row>,
-}
-
-impl Freedom {
-    pub fn of(options: &CalibrationOptions) -> Self {
-        let unit = |parameter: usize| Unknown { parameter, tied: None };
-        let (mut unknowns, mut priors) = (Vec::new(), Vec::new());
-        if options.fixed_lens.is_none() {
-            if options.aspect_sigma > 0.0 {
-                unknowns.extend([unit(0), unit(1)]);
-                let mut aspect = [0.0; ALL];
-                (aspect[0], aspect[1]) = (1.0 / options.aspect_sigma, -1.0 / options.aspect_sigma);
-                priors.push(aspect);
-            } else {
-                unknowns.push(Unknown { parameter: 0, tied: Some(1) });
-            }
-            if options.skew_sigma > 0.0 {
-                unknowns.push(unit(2));
-                let mut skew = [0.0; ALL];
-                skew[2] = 1.0 / options.skew_sigma;
-                priors.push(skew);
-            }
-            unknowns.extend([unit(3), unit(4)]);
-            let coefficients: &[usize] = match options.distortion {
-                DistortionModel::None => &[],
-                DistortionModel::Radial1 | DistortionModel::Division => &[0],
-                DistortionModel::Radial2 => &[0, 1],
-                DistortionModel::BrownConrady => &[0, 1, 2, 3, 4],
-            };
-            unknowns.extend(coefficients.iter().map(|i| unit(DISTORTION + i)));
-        }
-        unknowns.extend((ROTATION..ALL).map(unit));
-        Self { unknowns, priors }
-    }
-
-    pub fn count(&self) -> usize {
-        self.unknowns.len()
-    }
-}
-
-/// A model without distortion of the kind that `model` fits.
-pub(crate) fn blank_distortion(model: DistortionModel) -> Distortion {
-    match model {
-        DistortionModel::None => Distortion::None,
-        DistortionModel::Division => Distortion::Division(0.0),
-        _ => Distortion::BrownConrady([0.0; 5]),
-    }
-}
 
 pub(crate) struct Refined {
     pub camera: Camera,
@@ -138,7 +56,8 @@ pub(crate) fn refine(
     let focal = camera.intrinsics.fx;
     let weights = whitenings(measurements, &camera, noise_factor)?;
     let mut state = camera;
-    let mut rhos: Vec<f64> = measurements.iter().map(|m| m.rho).collect();
+    let depth = |m: &Measurement| m.as_point().map_or(0.0, |m| m.rho);
+    let mut rhos: Vec<f64> = measurements.iter().map(depth).collect();
     let mut system = linearise(measurements, &weights, &state, &rhos, freedom, focal)
         .ok_or_else(|| no_convergence(0, "a point is behind the first estimate of the camera"))?;
     let mut damping = 1e-4;
@@ -149,11 +68,11 @@ pub(crate) fn refine(
         iterations += 1;
         let step = solve(&system, damping);
         let next = step.as_ref().and_then(|step| {
-            let next_state = moved(&state, freedom, step)?;
+            let next_state = moved(&state, freedom, step.as_slice())?;
             let mut next_rhos = rhos.clone();
             let mut shots = system.depths.iter();
             for (m, rho) in measurements.iter().zip(&mut next_rhos) {
-                if m.has_depth() {
+                if m.as_point().is_some_and(PointMeasurement::has_depth) {
                     let d = shots.next()?;
                     let moved: f64 = d.coupling.iter().zip(step.iter()).map(|(b, s)| b * s).sum();
                     *rho += (d.gradient - moved) / (d.information * (1.0 + damping));
@@ -204,16 +123,12 @@ fn whitenings(measurements: &[Measurement], camera: &Camera, noise_factor: f64) 
         .iter()
         .enumerate()
         .map(|(index, m)| {
-            let factor = if m.assumed_noise { noise_factor * noise_factor } else { 1.0 };
-            let mut c = m.pixel_covariance * factor;
-            if m.has_world_covariance() {
-                let x = m.homogeneous(m.rho);
-                let p = camera.project_homogeneous(&x.xyz(), x.w).ok_or(Error::BehindCamera { index })?;
-                for column in m.noise_columns() {
-                    let g = p.by_point * column.xyz();
-                    c += g * g.transpose();
-                }
+            let factor = if m.assumed_noise() { noise_factor * noise_factor } else { 1.0 };
+            let c = match m {
+                Measurement::Point(m) => held_covariance(m, camera, factor),
+                Measurement::Line(m) => m.feet(camera).map(|feet| m.covariance(&feet, factor)),
             }
+            .ok_or(Error::BehindCamera { index })?;
             let l11 = c.m11.sqrt();
             let l21 = c.m21 / l11;
             let l22 = (c.m22 - l21 * l21).sqrt();
@@ -224,12 +139,18 @@ fn whitenings(measurements: &[Measurement], camera: &Camera, noise_factor: f64) 
         .collect()
 }
 
-fn parameters(camera: &Camera) -> Row {
-    let mut p = [0.0; ALL];
-    p[..5].copy_from_slice(&camera.intrinsics.to_array());
-    let k = camera.distortion.coefficients();
-    p[DISTORTION..DISTORTION + k.len()].copy_from_slice(k);
-    p
+/// Of a pixel and its point; a shot's depth has a residual of its own instead.
+fn held_covariance(m: &PointMeasurement, camera: &Camera, factor: f64) -> Option<Matrix2<f64>> {
+    let mut c = m.pixel_covariance * factor;
+    if m.has_world_covariance() {
+        let x = m.homogeneous(m.rho);
+        let p = camera.project_homogeneous(&x.xyz(), x.w)?;
+        for column in m.noise_columns() {
+            let g = p.by_point * column.xyz();
+            c += g * g.transpose();
+        }
+    }
+    Some(c)
 }
 
 /// Normal equations at an estimate, inverse depths eliminated; `None` when a point cannot be projected.
@@ -248,13 +169,11 @@ fn linearise(
     let mut depths = Vec::with_capacity(measurements.len());
     let mut j = [[0.0; ALL]; 2];
     for ((m, w), &rho) in measurements.iter().zip(weights).zip(rhos) {
-        let x = m.homogeneous(rho);
-        let p = camera.project_homogeneous(&x.xyz(), x.w)?;
-        let r = w * (m.pixel - p.pixel);
+        let Prediction { residual, by_parameter, by_depth } = predict(m, camera, rho)?;
+        let r = w * residual;
         cost += r.norm_squared();
-        let full = full_jacobian(&p);
         for (k, unknown) in freedom.unknowns.iter().enumerate() {
-            let white = w * unknown.derivative(&full);
+            let white = w * unknown.derivative(&by_parameter);
             (j[0][k], j[1][k]) = (white.x, white.y);
         }
         accumulate(&mut h, &j[0], 1.0, n);
@@ -262,8 +181,8 @@ fn linearise(
         for (a, g) in g.iter_mut().enumerate() {
             *g += j[0][a] * r.x + j[1][a] * r.y;
         }
-        if m.has_depth() {
-            let slope = w * (p.by_point * m.slope().xyz() + p.by_weight * m.slope().w);
+        if let Some(m) = m.as_point().filter(|m| m.has_depth()) {
+            let slope = w * by_depth;
             let stated = 1.0 / (m.sigma_rho * m.sigma_rho);
             let off = m.rho - rho;
             cost += off * off * stated;
@@ -306,14 +225,32 @@ fn accumulate(h: &mut [[f64; ALL]; ALL], row: &Row, weight: f64, n: usize) {
     }
 }
 
-/// d pixel / d each of the sixteen parameters.
-fn full_jacobian(p: &crate::geometry::camera::Projection) -> [Vector2<f64>; ALL] {
-    std::array::from_fn(|i| match i {
-        0..DISTORTION => p.by_intrinsics.column(i).into(),
-        DISTORTION..ROTATION => p.by_distortion.column(i - DISTORTION).into(),
-        ROTATION..CENTRE => p.by_rotation.column(i - ROTATION).into(),
-        _ => p.by_centre.column(i - CENTRE).into(),
-    })
+/// A residual and how its prediction moves.
+struct Prediction {
+    residual: Vector2<f64>,
+    by_parameter: [Vector2<f64>; ALL],
+    /// By a shot's inverse depth; zero for others.
+    by_depth: Vector2<f64>,
+}
+
+/// `None` when the camera does not see it.
+fn predict(m: &Measurement, camera: &Camera, rho: f64) -> Option<Prediction> {
+    match m {
+        Measurement::Point(m) => {
+            let x = m.homogeneous(rho);
+            let p = camera.project_homogeneous(&x.xyz(), x.w)?;
+            let by_depth = p.by_point * m.slope().xyz() + p.by_weight * m.slope().w;
+            Some(Prediction { residual: m.pixel - p.pixel, by_parameter: full_jacobian(&p), by_depth })
+        }
+        Measurement::Line(m) => {
+            let [a, b] = m.feet(camera)?;
+            let (of_a, of_b) = (full_jacobian(&a.projection), full_jacobian(&b.projection));
+            // Only what moves the line across itself counts.
+            let by_parameter = std::array::from_fn(|i| Vector2::new(a.normal.dot(&of_a[i]), b.normal.dot(&of_b[i])));
+            let residual = Vector2::new(a.distance, b.distance);
+            Some(Prediction { residual, by_parameter, by_depth: Vector2::zeros() })
+        }
+    }
 }
 
 /// (H + damping diag H) step = g.
@@ -331,29 +268,4 @@ fn solve(system: &System, damping: f64) -> Option<DVector<f64>> {
     let y = nalgebra::Cholesky::new(a)?.solve(&system.g.component_mul(&scale));
     let step = y.component_mul(&scale);
     step.iter().all(|v| v.is_finite()).then_some(step)
-}
-
-/// The camera after a step; `None` when a focal length would not be positive.
-fn moved(camera: &Camera, freedom: &Freedom, step: &DVector<f64>) -> Option<Camera> {
-    let mut change = [0.0; ALL];
-    for (unknown, s) in freedom.unknowns.iter().zip(step.iter()) {
-        change[unknown.parameter] += s;
-        if let Some(tied) = unknown.tied {
-            change[tied] += s;
-        }
-    }
-    let k = camera.intrinsics.to_array();
-    let intrinsics = Intrinsics::from_array(std::array::from_fn(|i| k[i] + change[i]));
-    let mut distortion = camera.distortion;
-    for (k, c) in distortion.coefficients_mut().iter_mut().zip(&change[DISTORTION..ROTATION]) {
-        *k += c;
-    }
-    let turn = Vector3::from_column_slice(&change[ROTATION..CENTRE]);
-    let centre = camera.centre() + Vector3::from_column_slice(&change[CENTRE..]);
-    // A turn of more than a quarter is never a good step, and repeated products drift: both are mended here.
-    if turn.norm() > 1.5 || intrinsics.fx <= 0.0 || intrinsics.fy <= 0.0 {
-        return None;
-    }
-    let rotation = crate::geometry::rigid::nearest_rotation(&(exp(&turn) * camera.pose.rotation))?;
-    Some(Camera { intrinsics, distortion, pose: Rigid::from_centre(rotation, &centre), ..*camera })
 }

@@ -3,21 +3,22 @@
 use nalgebra::{DMatrix, Vector2};
 
 use super::consensus::CHI2_MEDIAN;
+use super::freedom::{ALL, Freedom};
 use super::measurement::Measurement;
-use super::refine::{ALL, Freedom, Refined, blank_distortion, refine};
+use super::refine::{Refined, refine};
 use super::spread::{self, Noise};
 use super::start::{Search, Start};
-use super::{Calibration, CalibrationOptions, Correspondences, Observation};
+use super::{Calibration, CalibrationOptions, Correspondences, DistortionModel, Observation};
 use crate::error::{Degeneracy, Error, Result};
 use crate::geometry::{Camera, Intrinsics};
 
 /// Squared Mahalanobis distance beyond which a point is an outlier: a chance of 1 in 1000.
-const OUTLIER: f64 = 13.8;
+pub(super) const OUTLIER: f64 = 13.8;
 /// Residuals above this part of the image's diagonal mean that nothing was calibrated.
-const MAX_RMS: f64 = 0.02;
+pub(super) const MAX_RMS: f64 = 0.02;
 /// Noise when nobody said: only its ratio to the estimate matters.
-const ASSUMED_SIGMA: f64 = 1.0;
-const MAX_ROUNDS: usize = 20;
+pub(super) const ASSUMED_SIGMA: f64 = 1.0;
+pub(super) const MAX_ROUNDS: usize = 20;
 
 /// Calibrates one camera from its 2D-3D set: closed form by consensus, then maximum likelihood.
 ///
@@ -46,25 +47,27 @@ pub fn calibrate_camera(set: &Correspondences, options: &CalibrationOptions) -> 
     let search = Search {
         width: set.width(),
         height: set.height(),
+        model: options.distortion,
         robust: options.robust,
         seed: options.seed,
         cancel: &options.cancel,
     };
-    let start = match &options.fixed_lens {
-        Some(lens) => search.pose(&measurements, lens, planar),
-        None => search.projection(&measurements),
+    let fitter = Fitter { measurements: &measurements, freedom: &freedom, options, needed, robust: options.robust };
+    let fit = |fitter: &Fitter<'_>, search: &Search<'_>| match &options.fixed_lens {
+        Some(lens) => search.pose(&measurements, lens, planar).and_then(|s| fitter.run(s)),
+        None => fitter.best_of(search),
     };
-    let fitter = Fitter { measurements: &measurements, freedom: &freedom, options, needed };
-    let mut fitted = start.and_then(|s| fitter.run(s));
-    if !known && fitted.as_ref().map_or_else(is_geometry, |f| !plausible(&f.refined.camera)) {
-        for guess in search.guesses(&measurements) {
-            let other = fitter.run(guess);
-            if let Ok(other) = other
-                && fitted.as_ref().map_or(true, |f| better(&other, f))
-            {
-                fitted = Ok(other);
-            }
-        }
+    let mut fitted = fit(&fitter, &search);
+    if options.robust && fitted.as_ref().map_or_else(is_geometry, |f| !fitter.supports(f)) {
+        // Too few points to tell outliers from the rest: all of them, if they make a camera at all.
+        let all = Fitter { robust: false, ..fitter };
+        let plain = fit(&all, &Search { robust: false, ..search });
+        fitted = match (plain, fitted) {
+            (Err(Error::Cancelled), _) => Err(Error::Cancelled),
+            (Ok(plain), _) => Ok(plain),
+            (Err(_), Ok(f)) => Err(Error::NoConsensus { inliers: f.count(), total: measurements.len() }),
+            (Err(_), Err(e)) => Err(e),
+        };
     }
     let fitted = fitted.map_err(|e| {
         // A fit that fails on points without relief fails because of that.
@@ -81,7 +84,7 @@ fn is_geometry(e: &Error) -> bool {
 }
 
 /// Could this be a camera at all? Far outside it a better start is looked for.
-fn plausible(camera: &Camera) -> bool {
+pub(super) fn plausible(camera: &Camera) -> bool {
     let k = &camera.intrinsics;
     let (w, h) = (camera.width as f64, camera.height as f64);
     let ratio = k.fx / k.fy;
@@ -92,11 +95,10 @@ fn plausible(camera: &Camera) -> bool {
 }
 
 fn better(a: &Fitted, b: &Fitted) -> bool {
-    let count = |f: &Fitted| f.inliers.iter().filter(|i| **i).count();
-    (plausible(&a.refined.camera), count(a)) > (plausible(&b.refined.camera), count(b))
+    (plausible(&a.refined.camera), a.count()) > (plausible(&b.refined.camera), b.count())
 }
 
-fn validate(options: &CalibrationOptions) -> Result<()> {
+pub(super) fn validate(options: &CalibrationOptions) -> Result<()> {
     let sigma = |name, value: f64| {
         if value.is_nan() || value < 0.0 {
             Err(Error::invalid(name, format!("{value} is no standard deviation")))
@@ -126,26 +128,26 @@ fn validate(options: &CalibrationOptions) -> Result<()> {
 /// The image points must cover some of the image, and belong to it at all.
 fn check_image(set: &Correspondences, measurements: &[Measurement]) -> Result<()> {
     let (w, h) = (set.width() as f64, set.height() as f64);
-    let (mut low, mut high) = (measurements[0].pixel, measurements[0].pixel);
-    for m in measurements {
-        low = low.inf(&m.pixel);
-        high = high.sup(&m.pixel);
+    let pixels = || measurements.iter().flat_map(|m| m.pixels());
+    let (mut low, mut high) = (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY));
+    for pixel in pixels() {
+        low = low.inf(pixel);
+        high = high.sup(pixel);
     }
     let extent = (high - low).norm();
     if extent < 1e-3 * w.hypot(h) {
         let detail = format!("the image points span {extent:.3} px");
         return Err(Error::degenerate(Degeneracy::ImageCollapsed, detail));
     }
-    let inside =
-        |m: &&Measurement| m.pixel.x > -0.5 * w && m.pixel.x < 1.5 * w && m.pixel.y > -0.5 * h && m.pixel.y < 1.5 * h;
-    if measurements.iter().filter(inside).count() * 2 < measurements.len() {
+    let inside = |m: &&Vector2<f64>| m.x > -0.5 * w && m.x < 1.5 * w && m.y > -0.5 * h && m.y < 1.5 * h;
+    if pixels().filter(inside).count() * 2 < pixels().count() {
         return Err(Error::invalid("uv", format!("most image points lie far outside the {w} x {h} image")));
     }
     Ok(())
 }
 
 fn select(measurements: &[Measurement], mask: &[bool]) -> Vec<Measurement> {
-    measurements.iter().zip(mask).filter(|(_, i)| **i).map(|(m, _)| *m).collect()
+    measurements.iter().zip(mask).filter(|(_, i)| **i).map(|(m, _)| m.clone()).collect()
 }
 
 struct Fitted {
@@ -154,20 +156,78 @@ struct Fitted {
     noise_factor: f64,
 }
 
+impl Fitted {
+    /// Measurements used.
+    fn count(&self) -> usize {
+        self.inliers.iter().filter(|i| **i).count()
+    }
+}
+
+#[derive(Clone, Copy)]
 struct Fitter<'a> {
     measurements: &'a [Measurement],
     freedom: &'a Freedom,
     options: &'a CalibrationOptions,
     needed: usize,
+    /// Are outliers set aside?
+    robust: bool,
 }
 
 impl Fitter<'_> {
+    /// Does what was used outweigh what was set aside? Of a handful of points some can always be left
+    /// out so that the rest fit: their equations beyond the unknowns must be half as many again.
+    fn supports(&self, fitted: &Fitted) -> bool {
+        let used = fitted.count();
+        let redundant = (2 * used).saturating_sub(self.freedom.count());
+        2 * redundant >= 3 * (self.measurements.len() - used)
+    }
+
+    /// From the closed forms, the likeliest first; a start that does not lead to a camera gives way to
+    /// the next one, guessed focal lengths come last.
+    fn best_of(&self, search: &Search<'_>) -> Result<Fitted> {
+        let mut best: Option<Result<Fitted>> = None;
+        // True when what there is needs no other start.
+        let mut attempt = |start: Result<Start>| -> Result<bool> {
+            let other = start.and_then(|s| self.run(s));
+            if let Err(Error::Cancelled) = other {
+                return Err(Error::Cancelled);
+            }
+            // Of errors the first is the likeliest start's.
+            let wins = match (&other, &best) {
+                (_, None) | (Ok(_), Some(Err(_))) => true,
+                (Ok(other), Some(Ok(best))) => better(other, best),
+                (Err(_), Some(_)) => false,
+            };
+            if wins {
+                best = Some(other);
+            }
+            Ok(matches!(&best, Some(Ok(f)) if plausible(&f.refined.camera)))
+        };
+        let mut done = false;
+        if self.options.distortion != DistortionModel::None {
+            match search.radial(self.measurements) {
+                Ok(starts) => {
+                    for start in starts {
+                        done = done || attempt(Ok(start))?;
+                    }
+                }
+                // Lines with few points start from the pinhole camera.
+                Err(Error::TooFewPoints { .. }) => {}
+                Err(e) => done = attempt(Err(e))?,
+            }
+        }
+        done = done || attempt(search.projection(self.measurements))?;
+        if !done {
+            for guess in search.guesses(self.measurements) {
+                attempt(Ok(guess))?;
+            }
+        }
+        best.unwrap_or_else(|| Err(Error::Internal { reason: "no start was tried".into() }))
+    }
+
     /// Refines and sets outliers aside in turn until the set stands still.
     fn run(&self, start: Start) -> Result<Fitted> {
         let mut camera = start.camera;
-        if self.options.fixed_lens.is_none() {
-            camera.distortion = blank_distortion(self.options.distortion);
-        }
         let mut factor = self.floor(start.noise_factor);
         let mut inliers = self.classify(&camera, factor)?;
         self.force(&mut camera.intrinsics);
@@ -178,7 +238,7 @@ impl Fitter<'_> {
             factor = self.floor(self.noise_factor(&subset, &camera));
             let next = self.classify(&camera, factor)?;
             // The first rounds bring in the lens; then a set that stands still is final.
-            if (next == inliers && round > 0) || !self.options.robust || round + 1 == MAX_ROUNDS {
+            if (next == inliers && round > 0) || !self.robust || round + 1 == MAX_ROUNDS {
                 return self.finish(camera, next, factor);
             }
             inliers = next;
@@ -205,7 +265,7 @@ impl Fitter<'_> {
         let mut refined = self.refine(&subset, camera, factor)?;
         let freedom = (2 * subset.len()).saturating_sub(self.freedom.count());
         let spread = if freedom > 0 { (refined.chi2 / freedom as f64).sqrt() } else { 1.0 };
-        let assumed = subset.iter().any(|m| m.assumed_noise);
+        let assumed = subset.iter().any(|m| m.assumed_noise());
         let mut noise_factor = spread;
         if assumed {
             noise_factor = self.floor(factor * spread);
@@ -231,14 +291,14 @@ impl Fitter<'_> {
 
     /// A stated noise is never taken for smaller; an assumed one has no floor but rounding.
     fn floor(&self, factor: f64) -> f64 {
-        let stated = !self.measurements.iter().any(|m| m.assumed_noise);
+        let stated = !self.measurements.iter().any(|m| m.assumed_noise());
         factor.max(if stated { 1.0 } else { 1e-6 })
     }
 
     fn classify(&self, camera: &Camera, factor: f64) -> Result<Vec<bool>> {
-        let limit = if self.options.robust { OUTLIER * factor * factor } else { f64::MAX };
+        let limit = if self.robust { OUTLIER * factor * factor } else { f64::MAX };
         let mask: Vec<bool> = self.measurements.iter().map(|m| m.distance(camera) <= limit).collect();
-        if !self.options.robust
+        if !self.robust
             && let Some(index) = mask.iter().position(|i| !i)
         {
             return Err(Error::BehindCamera { index });
@@ -253,7 +313,7 @@ impl Fitter<'_> {
 }
 
 /// Ratio of observed to stated noise that chance exceeds once in 1000 (normal approximation).
-fn significant(freedom: usize) -> f64 {
+pub(super) fn significant(freedom: usize) -> f64 {
     1.0 + 3.1 / (2.0 * freedom.max(1) as f64).sqrt()
 }
 

@@ -1,9 +1,11 @@
-//! Do the 3D points span space? Refusal of coincident, collinear and coplanar sets, with the noise of
-//! the points themselves taken into account.
+//! Do the 3D points and lines span space? Refusal of coincident, collinear and coplanar sets, with the
+//! noise of the points themselves taken into account, and of lines that are parallel or all meet.
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::measurement::Measurement;
+use super::line_measurement::LineMeasurement;
+use super::measurement::{Measurement, PointMeasurement};
+use super::stand_ins::{Bundle, StandIn, stand_ins};
 use crate::error::{Degeneracy, Error, Result};
 use crate::geometry::linalg::symmetric_eigen3;
 
@@ -25,17 +27,16 @@ const NEARLY_PLANAR: f64 = 0.02;
 /// Refuses coincident and collinear sets, and coplanar ones unless `plane_is_enough`. Is it nearly a
 /// plane? A few stray points off it (outliers that a degenerate fit took in) do not make a relief.
 pub(crate) fn check(measurements: &[Measurement], plane_is_enough: bool, needed: usize, noise: Noise) -> Result<bool> {
-    let points: Vec<(Vector3<f64>, Matrix3<f64>)> = measurements.iter().filter_map(position).collect();
-    let mut keys: Vec<[u64; 3]> = points.iter().map(|(x, _)| [x.x, x.y, x.z].map(f64::to_bits)).collect();
-    keys.sort_unstable();
-    keys.dedup();
-    if keys.len() < needed {
-        let detail = format!("only {} different 3D points, at least {needed} are needed", keys.len());
+    let overflow = || Error::degenerate(Degeneracy::IllConditioned, "the points' extents overflow");
+    let different = count_different(measurements);
+    if different < needed {
+        let detail = format!("only {different} different 3D points or lines, at least {needed} are needed");
         return Err(Error::degenerate(Degeneracy::Coincident, detail));
     }
+    check_lines(measurements, noise)?;
+    let points = stand_ins(measurements, position).ok_or_else(overflow)?;
     let counted = if noise == Noise::Counted { 1.0 } else { 0.0 };
-    let (axes, extents, noise) = principal(&points)
-        .ok_or_else(|| Error::degenerate(Degeneracy::IllConditioned, "the points' extents overflow"))?;
+    let (axes, extents, noise) = principal(&points).ok_or_else(overflow)?;
     let size = points.iter().fold(0.0f64, |m, (x, _)| m.max(x.norm()));
     let flat = |extent: f64, noise: f64| extent <= NUMERICALLY_ZERO * extents[0] || extent < 1.5 * noise * counted;
     if extents[0] <= 1e-9 * size || flat(extents[0], noise[0]) {
@@ -53,8 +54,55 @@ pub(crate) fn check(measurements: &[Measurement], plane_is_enough: bool, needed:
     Ok(planar || extents[2] < NEARLY_PLANAR * extents[1])
 }
 
+/// Measurements of different points or lines.
+fn count_different(measurements: &[Measurement]) -> usize {
+    let bits = |x: &Vector3<f64>, d: &Vector3<f64>| [x.x, x.y, x.z, d.x, d.y, d.z].map(f64::to_bits);
+    let key = |m: &Measurement| match m {
+        Measurement::Point(m) => position(m).map(|(x, _)| bits(&x, &Vector3::zeros())),
+        Measurement::Line(m) => Some(bits(&m.point, &m.direction)),
+    };
+    let mut keys: Vec<[u64; 6]> = measurements.iter().filter_map(key).collect();
+    keys.sort_unstable();
+    keys.dedup();
+    keys.len()
+}
+
+/// Lines that all meet in one point, at infinity if they are parallel, show it and nothing of the
+/// depth behind it: four of the eleven parameters are left open, and only two points close them.
+fn check_lines(measurements: &[Measurement], noise: Noise) -> Result<()> {
+    let lines: Vec<&LineMeasurement> = measurements.iter().filter_map(Measurement::as_line).collect();
+    if lines.is_empty() || measurements.len() - lines.len() > 1 {
+        return Ok(());
+    }
+    let n = lines.len() as f64;
+    let scatter = lines.iter().map(|l| l.direction * l.direction.transpose()).sum::<Matrix3<f64>>() / n;
+    let turned = lines.iter().flat_map(|l| l.errors()).map(|[_, d]| d.norm_squared()).sum::<f64>() / n;
+    let second = symmetric_eigen3(&scatter).map_or(0.0, |(values, _)| values[1].max(0.0).sqrt());
+    let counted = if noise == Noise::Counted { 1.5 } else { 0.0 };
+    if second <= NUMERICALLY_ZERO || second < counted * turned.sqrt() {
+        let detail = format!("the lines' directions differ by {second:.2e} rad");
+        return Err(Error::degenerate(Degeneracy::Parallel, detail));
+    }
+    let bundle = Bundle::of(std::iter::empty(), lines.iter().copied())
+        .ok_or_else(|| Error::degenerate(Degeneracy::IllConditioned, "the lines' extents overflow"))?;
+    let reach = lines.iter().fold(bundle.centre.norm(), |m, l| m.max(l.point.norm()));
+    let moved = lines
+        .iter()
+        .flat_map(|l| {
+            let near = l.parameter_near(&bundle.centre);
+            l.errors().iter().map(move |[p, d]| (p + d * near).norm_squared())
+        })
+        .sum::<f64>()
+        / n;
+    if bundle.size <= NUMERICALLY_ZERO * reach || bundle.size < counted * moved.sqrt() {
+        let detail = format!("the lines pass their common point within {:.2e} m", bundle.size);
+        return Err(Error::degenerate(Degeneracy::Concurrent, detail));
+    }
+    Ok(())
+}
+
 /// Metric position and covariance, where there is one.
-fn position(m: &Measurement) -> Option<(Vector3<f64>, Matrix3<f64>)> {
+fn position(m: &PointMeasurement) -> Option<StandIn> {
     // Near infinity a position and its covariance mean nothing.
     let point = m.position().filter(|_| m.rho >= 3.0 * m.sigma_rho)?;
     let weight = m.homogeneous(m.rho).w;
@@ -71,7 +119,7 @@ fn position(m: &Measurement) -> Option<(Vector3<f64>, Matrix3<f64>)> {
 /// Axes, standard deviations along them (descending), and the part of them that is noise.
 type Principal = ([Vector3<f64>; 3], [f64; 3], [f64; 3]);
 
-fn principal(points: &[(Vector3<f64>, Matrix3<f64>)]) -> Option<Principal> {
+fn principal(points: &[StandIn]) -> Option<Principal> {
     let n = points.len() as f64;
     let centre = points.iter().map(|(x, _)| x).sum::<Vector3<f64>>() / n;
     let scatter = points.iter().map(|(x, _)| (x - centre) * (x - centre).transpose()).sum::<Matrix3<f64>>() / n;
@@ -83,7 +131,7 @@ fn principal(points: &[(Vector3<f64>, Matrix3<f64>)]) -> Option<Principal> {
 }
 
 /// Is the set a plane once a few points are left out (three, or 2 %)?
-fn flat_but_for_strays(points: &[(Vector3<f64>, Matrix3<f64>)], normal: &Vector3<f64>, counted: f64) -> bool {
+fn flat_but_for_strays(points: &[StandIn], normal: &Vector3<f64>, counted: f64) -> bool {
     let strays = 3.max(points.len() / 50);
     if points.len() < strays + 6 {
         return false;

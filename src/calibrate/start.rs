@@ -1,16 +1,23 @@
 //! First estimates of the camera: by consensus over projection matrices when the intrinsics are
-//! free, over poses when the lens is known.
+//! free (over radial cameras when a lens is fitted too), over poses when the lens is known.
 
 use nalgebra::{Matrix2, Matrix3, Matrix3x4, Vector2, Vector3};
 
-use super::consensus::{Consensus, Solver, median, search};
-use super::dlt;
-use super::measurement::Measurement;
+use super::consensus::{CHI2_MEDIAN, Consensus, Model, Solver, median, search};
+use super::division_camera::image_centre;
+use super::freedom::blank_distortion;
+use super::lens_fit::{self, WIDEST};
+use super::measurement::{Measurement, PointMeasurement};
+use super::radial_alignment::{self, Alignment, ThirdRow};
+use super::{DistortionModel, dlt};
 use crate::control::Cancel;
 use crate::error::{Degeneracy, Error, Result};
 use crate::geometry::linalg::symmetric_eigen3;
 use crate::geometry::rigid::nearest_rotation;
 use crate::geometry::{Camera, Distortion, Intrinsics, Rigid, homography};
+
+/// Squared distance, in units of the noise, within which points are taken for a lens's fit.
+const SEVERAL: f64 = 16.0;
 
 pub(crate) struct Start {
     pub camera: Camera,
@@ -19,16 +26,19 @@ pub(crate) struct Start {
 }
 
 /// How a start is looked for.
+#[derive(Clone, Copy)]
 pub(crate) struct Search<'a> {
     pub width: u32,
     pub height: u32,
+    /// The lens that is fitted.
+    pub model: DistortionModel,
     pub robust: bool,
     pub seed: u64,
     pub cancel: &'a Cancel,
 }
 
 impl Search<'_> {
-    fn run(&self, measurements: &[Measurement], solver: &Solver<'_>) -> Result<Consensus> {
+    fn run<M: Model>(&self, measurements: &[Measurement], solver: &Solver<'_, M>) -> Result<Consensus<M>> {
         let found = if self.robust {
             search(measurements, solver, self.seed, self.cancel)?
         } else {
@@ -47,17 +57,68 @@ impl Search<'_> {
         let found =
             self.run(measurements, &Solver { sample: dlt::MIN_POINTS, minimal: &minimal, fit: &dlt::inverse_depth })?;
         let (intrinsics, pose) = super::decompose::decompose(&found.projection)?;
-        Ok(Start { camera: self.camera(intrinsics, Distortion::None, pose), noise_factor: found.noise_factor })
+        let camera = self.camera(intrinsics, blank_distortion(self.model), pose);
+        Ok(Start { camera, noise_factor: found.noise_factor })
+    }
+
+    /// Free intrinsics and lens: radial alignment, best first, with and without a free principal
+    /// point (which little relief does not determine).
+    ///
+    /// # Errors
+    /// `TooFewPoints` below seven points: lines, which the lens bends, are no help here.
+    pub fn radial(&self, all: &[Measurement]) -> Result<Vec<Start>> {
+        let measurements: &[Measurement] = &all.iter().filter(|m| m.as_point().is_some()).cloned().collect::<Vec<_>>();
+        if measurements.len() < radial_alignment::MIN_POINTS {
+            return Err(Error::TooFewPoints { given: measurements.len(), needed: radial_alignment::MIN_POINTS });
+        }
+        let centre = image_centre(self.width, self.height);
+        let (few, many) = lens_fit::terms(self.model);
+        let alignment = |terms| {
+            Alignment::of(measurements, centre, terms)
+                .ok_or_else(|| Error::degenerate(Degeneracy::ImageCollapsed, "the image points coincide"))
+        };
+        let (coarse, fine) = (alignment(few)?, alignment(many)?);
+        let minimal = |sample: &[Measurement]| coarse.fit_once(sample, ThirdRow::Free);
+        let fit = |half: &[Measurement]| fine.fit(half, ThirdRow::Free);
+        let solver = Solver { sample: radial_alignment::MIN_POINTS, minimal: &minimal, fit: &fit };
+        let found = self.run(measurements, &solver)?;
+        let limit = SEVERAL * found.noise_factor * found.noise_factor;
+        let near: Vec<Measurement> =
+            measurements.iter().filter(|m| found.projection.distance(m) <= limit).cloned().collect();
+        let reach = near.iter().flat_map(|m| m.pixels()).map(|m| (m - centre).norm()).fold(0.0, f64::max);
+        let fits = [Some(found.projection), fine.fit(&near, ThirdRow::Free), fine.fit(&near, ThirdRow::Square)];
+        let cameras = fits.iter().flatten().filter_map(|r| {
+            let camera = lens_fit::camera(r, self.model, reach, self.width, self.height)?;
+            let mut distances: Vec<f64> = all.iter().map(|m| m.distance(&camera)).collect();
+            let middle = distances.len() / 2;
+            let median = *distances.select_nth_unstable_by(middle, f64::total_cmp).1;
+            median.is_finite().then(|| Start { camera, noise_factor: (median / CHI2_MEDIAN).sqrt() })
+        });
+        let mut starts: Vec<Start> = cameras.collect();
+        starts.sort_by(|a, b| a.noise_factor.total_cmp(&b.noise_factor));
+        if starts.is_empty() {
+            return Err(Error::degenerate(
+                Degeneracy::IllConditioned,
+                "no camera with this lens sees half of the points",
+            ));
+        }
+        Ok(starts)
     }
 
     /// Known lens: the pose alone, also from a plane.
     pub fn pose(&self, measurements: &[Measurement], lens: &(Intrinsics, Distortion), planar: bool) -> Result<Start> {
-        let normalised =
-            measurements.iter().enumerate().map(|(i, m)| normalise(m, lens, i)).collect::<Result<Vec<_>>>()?;
+        // A fisheye lens sees what the plane of the pose's closed form cannot hold: the refinement does.
+        let wide = matches!(lens.1, Distortion::Fisheye(_));
+        let on_plane = |(i, m)| match normalise(m, lens, i) {
+            Ok(n) if wide && n.pixels().iter().any(|p| p.norm() > WIDEST) => None,
+            Err(_) if wide => None,
+            normalised => Some(normalised),
+        };
+        let normalised = measurements.iter().enumerate().filter_map(on_plane).collect::<Result<Vec<_>>>()?;
         let fit = if planar { pose_from_plane } else { pose_from_space };
         let sample = if planar { 4 } else { dlt::MIN_POINTS };
-        if measurements.len() < sample {
-            return Err(Error::TooFewPoints { given: measurements.len(), needed: sample });
+        if normalised.len() < sample {
+            return Err(Error::TooFewPoints { given: normalised.len(), needed: sample });
         }
         let found = self.run(&normalised, &Solver { sample, minimal: &fit, fit: &fit })?;
         let p = found.projection;
@@ -71,7 +132,7 @@ impl Search<'_> {
         [0.6, 1.0, 1.6, 2.5, 4.0]
             .iter()
             .filter_map(|f| {
-                let lens = (Intrinsics::new(f * w, (w - 1.0) * 0.5, (h - 1.0) * 0.5), Distortion::None);
+                let lens = (Intrinsics::new(f * w, (w - 1.0) * 0.5, (h - 1.0) * 0.5), blank_distortion(self.model));
                 self.pose(measurements, &lens, false).ok()
             })
             .collect()
@@ -86,13 +147,12 @@ impl Search<'_> {
 fn normalise(m: &Measurement, lens: &(Intrinsics, Distortion), index: usize) -> Result<Measurement> {
     let (k, distortion) = lens;
     let outside = || Error::invalid("uv", format!("point {index} is outside the lens model"));
-    let ideal = distortion.undistort(k.to_normalised(&m.pixel)).ok_or_else(outside)?;
-    let jacobian = distortion.distort_with_jacobian(ideal).ok_or_else(outside)?.by_point;
-    let inverse = (Matrix2::new(k.fx, k.skew, 0.0, k.fy) * jacobian).try_inverse().ok_or_else(outside)?;
-    let mut normalised = *m;
-    normalised.pixel = ideal;
-    normalised.pixel_covariance = inverse * m.pixel_covariance * inverse.transpose();
-    Ok(normalised)
+    m.map_pixels(|pixel, covariance| {
+        let ideal = distortion.undistort(k.to_normalised(pixel)).ok_or_else(outside)?;
+        let jacobian = distortion.distort_with_jacobian(ideal).ok_or_else(outside)?.by_point;
+        let inverse = (Matrix2::new(k.fx, k.skew, 0.0, k.fy) * jacobian).try_inverse().ok_or_else(outside)?;
+        Ok((ideal, inverse * covariance * inverse.transpose()))
+    })
 }
 
 /// [R | t] nearest to a projection matrix of normalised pixels.
@@ -106,7 +166,8 @@ fn pose_from_space(measurements: &[Measurement]) -> Option<Matrix3x4<f64>> {
 
 /// [R | t] from points in a plane by their homography.
 fn pose_from_plane(measurements: &[Measurement]) -> Option<Matrix3x4<f64>> {
-    let points: Vec<Vector3<f64>> = measurements.iter().filter_map(Measurement::position).collect();
+    let measurements: Vec<&PointMeasurement> = measurements.iter().filter_map(Measurement::as_point).collect();
+    let points: Vec<Vector3<f64>> = measurements.iter().filter_map(|m| m.position()).collect();
     if points.len() != measurements.len() || points.len() < 4 {
         return None;
     }

@@ -192,7 +192,7 @@ pub unsafe extern "C" fn ptzcal_calibration_get_summary(
 /// The covariance of all parameters: p x p numbers, row-major, symmetric, p = the summary's
 /// `parameters`. Their order:
 ///   0 fx, 1 fy, 2 skew, 3 cx, 4 cy (pixels),
-///   5 ... the coefficients of the camera's lens model, in its order (0, 1 or 5 of them),
+///   5 ... the coefficients of the camera's lens model, in its order (0, 1, 4 or 5 of them),
 ///   then 3 for the rotation: w in R <- exp([w]x) R, a turn about the camera's own axes (radians),
 ///   then 3 for the camera's centre in the world (metres).
 /// Rows and columns of parameters that were not free are 0.
@@ -225,8 +225,9 @@ pub unsafe extern "C" fn ptzcal_calibration_copy_covariance(
 }
 
 /// Measured minus predicted pixel of every measurement, outliers included: n x 2 numbers, n = the
-/// summary's `measurements`, in the order of adding. Infinite for an outlier that lies behind the
-/// camera.
+/// summary's `measurements`, in the order of adding. Of a line they are the signed distances of its
+/// segment's two ends from the line's image, positive to the right of it as seen from the first end to
+/// the second. Infinite for an outlier that the camera cannot see (behind it).
 ///
 /// @param calibration The calibration.
 /// @param buffer      Receives the numbers; may be NULL when capacity is 0.

@@ -43,8 +43,8 @@ impl ptzcal_calibration_options {
 }
 
 pub(super) fn distortion_model(value: u32) -> Result<DistortionModel> {
-    use DistortionModel::{BrownConrady, Division, None, Radial1, Radial2};
-    [None, Radial1, Radial2, BrownConrady, Division]
+    use DistortionModel::{BrownConrady, Division, Fisheye, None, Radial1, Radial2};
+    [None, Radial1, Radial2, BrownConrady, Division, Fisheye]
         .into_iter()
         .find(|m| *m as u32 == value)
         .ok_or_else(|| Error::invalid("model", format!("{value} is no lens model")))

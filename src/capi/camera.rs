@@ -3,7 +3,8 @@
 //! A calibrated camera is plain data: fill it in yourself or take it from a calibration. A world
 //! point X is at x = R X + t in the camera frame (x right, y down, z forward), at (x/z, y/z) on the
 //! normalised plane, there distorted by the lens to (a, b), and at u = fx a + skew b + cx,
-//! v = fy b + cy in the image.
+//! v = fy b + cy in the image. A fisheye lens gives (a, b) from the ray itself, also at and beyond
+//! 90 degrees from the axis, where z is not positive.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
@@ -33,6 +34,11 @@ pub enum ptzcal_distortion_model {
     /// Division model, one coefficient lambda: (x, y) = (a, b) / (1 + lambda (a^2 + b^2)).
     /// Negative is barrel distortion. In units of the normalised plane.
     Division = 4,
+    /// Fisheye (Kannala-Brandt), the four coefficients k1 k2 k3 k4 with OpenCV's meaning and order: a
+    /// ray at the angle theta from the axis is imaged at the radius
+    /// theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8) on the normalised plane. Sees
+    /// beyond 90 degrees, up to the angle at which the radius stops growing.
+    Fisheye = 5,
 }
 
 /// A calibrated camera.
@@ -89,14 +95,15 @@ unsafe impl SizedStruct for ptzcal_camera {
 
 /// A lens from its model's number and its coefficients.
 pub(super) fn distortion(model: u32, coefficients: &[f64; 8]) -> Result<Distortion> {
-    use ptzcal_distortion_model::{BrownConrady, Division, None, Radial1, Radial2};
-    let [k1, k2, p1, p2, k3, ..] = *coefficients;
+    use ptzcal_distortion_model::{BrownConrady, Division, Fisheye, None, Radial1, Radial2};
+    let [c0, c1, c2, c3, c4, ..] = *coefficients;
     let (lens, known) = match model {
         m if m == None as u32 => (Distortion::None, 0),
-        m if m == Radial1 as u32 => (Distortion::BrownConrady([k1, 0.0, 0.0, 0.0, 0.0]), 1),
-        m if m == Radial2 as u32 => (Distortion::BrownConrady([k1, k2, 0.0, 0.0, 0.0]), 2),
-        m if m == BrownConrady as u32 => (Distortion::BrownConrady([k1, k2, p1, p2, k3]), 5),
-        m if m == Division as u32 => (Distortion::Division(k1), 1),
+        m if m == Radial1 as u32 => (Distortion::BrownConrady([c0, 0.0, 0.0, 0.0, 0.0]), 1),
+        m if m == Radial2 as u32 => (Distortion::BrownConrady([c0, c1, 0.0, 0.0, 0.0]), 2),
+        m if m == BrownConrady as u32 => (Distortion::BrownConrady([c0, c1, c2, c3, c4]), 5),
+        m if m == Division as u32 => (Distortion::Division(c0), 1),
+        m if m == Fisheye as u32 => (Distortion::Fisheye([c0, c1, c2, c3]), 4),
         m => return Err(Error::invalid("distortion_model", format!("{m} is no lens model"))),
     };
     // A coefficient that is not used would be ignored: somebody means another model.
@@ -112,6 +119,7 @@ pub(super) fn distortion_members(lens: &Distortion) -> (u32, [f64; 8]) {
         Distortion::None => ptzcal_distortion_model::None,
         Distortion::BrownConrady(_) => ptzcal_distortion_model::BrownConrady,
         Distortion::Division(_) => ptzcal_distortion_model::Division,
+        Distortion::Fisheye(_) => ptzcal_distortion_model::Fisheye,
     };
     let mut coefficients = [0.0; 8];
     for (to, from) in coefficients.iter_mut().zip(lens.coefficients()) {

@@ -1,11 +1,11 @@
 //! 2D-3D measurements
 //!
 //! What a camera is calibrated from: a growing set of measurements of one camera, in any mixture of
-//! points whose position is known, points with covariances, and laser shots of a rig. Each function
-//! that adds does it for all its measurements or for none. Indices count from 0 in the order of
+//! points whose position is known, points with covariances, laser shots of a rig, and straight lines.
+//! Each function that adds does it for all its measurements or for none. Indices count from 0 in the order of
 //! adding, and the results of a calibration keep that order.
 
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix3, Matrix6, Vector2, Vector3};
 
 use super::args::{Out, vectors, vectors_optional};
 use super::call::{ErrorOut, guard, guard_or};
@@ -13,7 +13,7 @@ use super::error::ptzcal_error;
 use super::handle::{Exclusive, Handle, HandleOut, borrow, free};
 use super::rig_model::{covariance2, model_in, ptzcal_rig_model};
 use super::status::ptzcal_status;
-use crate::calibrate::{Correspondences, Observation};
+use crate::calibrate::{Correspondences, Observation, ObservedLine};
 
 /// 2D-3D measurements of one camera.
 pub struct ptzcal_correspondences(pub(super) Exclusive<Correspondences>);
@@ -191,6 +191,122 @@ pub unsafe extern "C" fn ptzcal_correspondences_add_laser_shots(
         }
         set.0.write(ptzcal_correspondences::NAME)?.add_all(shots)
     })
+}
+
+/// Adds straight lines by two points of each in space, exact or with covariances. The ends of a segment
+/// are images of no particular points of its line: how long the segment is, and how far apart the two
+/// points, does not matter beyond their noise. A line is worth a point: two equations. Its residual in
+/// ptzcal_calibration_copy_residuals are the distances of its two ends from the line's image, which a
+/// distorting lens bends.
+///
+/// @param set            The set.
+/// @param xyz            n x 6 numbers: two points of each line, metres, world frame.
+/// @param xyz_covariance n x 18 numbers: of the two points of each line, row-major, positive
+///                       semi-definite, m^2; may be NULL: the lines are exact.
+/// @param uv             n x 4 numbers: the two ends of each line's segment in the image, pixels.
+/// @param uv_covariance  n x 6 numbers: xx, xy, yy of each end, positive definite, px^2; may be NULL:
+///                       the calibration's pixel noise.
+/// @param n              Number of lines.
+/// @param error          Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE (index: the line, in this call);
+///         PTZCAL_STATUS_INVALID_ARGUMENT for two points or two ends that are one, or a covariance
+///         that is none; PTZCAL_STATUS_BUSY.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_correspondences_add_lines(
+    set: *mut ptzcal_correspondences,
+    xyz: *const f64,
+    xyz_covariance: *const f64,
+    uv: *const f64,
+    uv_covariance: *const f64,
+    n: usize,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (set, xyz, xyz_covariance, uv, uv_covariance) = unsafe {
+            (
+                borrow(set)?,
+                vectors::<6>(xyz, n, "xyz")?,
+                vectors_optional::<18>(xyz_covariance, n, "xyz_covariance")?,
+                vectors::<4>(uv, n, "uv")?,
+                vectors_optional::<6>(uv_covariance, n, "uv_covariance")?,
+            )
+        };
+        let lines = xyz.iter().zip(uv).enumerate().map(|(i, (x, ends))| {
+            let points = [Vector3::new(x[0], x[1], x[2]), Vector3::new(x[3], x[4], x[5])];
+            let covariances = xyz_covariance.map(|c| [&c[i][..9], &c[i][9..]].map(Matrix3::from_row_slice));
+            seen(ObservedLine::through(points, covariances, segment(ends)), uv_covariance.map(|c| &c[i]))
+        });
+        set.0.write(ptzcal_correspondences::NAME)?.add_all(lines)
+    })
+}
+
+/// Adds straight lines like ptzcal_correspondences_add_lines, each by a point and a direction, as a fit
+/// of a line to a cloud gives them.
+///
+/// @param set             The set.
+/// @param point_direction n x 6 numbers: a point of each line, metres, world frame, and its direction,
+///                        of any length but zero.
+/// @param line_covariance n x 36 numbers: of point and direction together, 6 x 6 row-major, positive
+///                        semi-definite; may be NULL: the lines are exact.
+/// @param uv              n x 4 numbers: the two ends of each line's segment in the image, pixels.
+/// @param uv_covariance   n x 6 numbers: xx, xy, yy of each end, positive definite, px^2; may be NULL:
+///                        the calibration's pixel noise.
+/// @param n               Number of lines.
+/// @param error           Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE (index: the line, in this call);
+///         PTZCAL_STATUS_INVALID_ARGUMENT for a direction that is zero, two ends that are one, or a
+///         covariance that is none; PTZCAL_STATUS_BUSY.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_correspondences_add_directed_lines(
+    set: *mut ptzcal_correspondences,
+    point_direction: *const f64,
+    line_covariance: *const f64,
+    uv: *const f64,
+    uv_covariance: *const f64,
+    n: usize,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (set, given, line_covariance, uv, uv_covariance) = unsafe {
+            (
+                borrow(set)?,
+                vectors::<6>(point_direction, n, "point_direction")?,
+                vectors_optional::<36>(line_covariance, n, "line_covariance")?,
+                vectors::<4>(uv, n, "uv")?,
+                vectors_optional::<6>(uv_covariance, n, "uv_covariance")?,
+            )
+        };
+        let lines = given.iter().zip(uv).enumerate().map(|(i, (x, ends))| {
+            let (point, direction) = (Vector3::new(x[0], x[1], x[2]), Vector3::new(x[3], x[4], x[5]));
+            let covariance = line_covariance.map(|c| Matrix6::from_row_slice(&c[i]));
+            let line = ObservedLine { covariance, ..ObservedLine::new(point, direction, segment(ends)) };
+            seen(line, uv_covariance.map(|c| &c[i]))
+        });
+        set.0.write(ptzcal_correspondences::NAME)?.add_all(lines)
+    })
+}
+
+fn segment(ends: &[f64; 4]) -> [Vector2<f64>; 2] {
+    [Vector2::new(ends[0], ends[1]), Vector2::new(ends[2], ends[3])]
+}
+
+/// The line with the noise of its segment's ends.
+fn seen(line: ObservedLine, noise: Option<&[f64; 6]>) -> Observation {
+    let end_covariances =
+        noise.map(|[a, b, c, d, e, f]| [covariance2(Some(&[*a, *b, *c])), covariance2(Some(&[*d, *e, *f]))]);
+    ObservedLine { end_covariances, ..line }.into()
 }
 
 /// How many measurements there are.

@@ -198,6 +198,7 @@ impl From<&CameraRecord> for FileSchema {
             Distortion::None => "none",
             Distortion::BrownConrady(_) => "brown_conrady",
             Distortion::Division(_) => "division",
+            Distortion::Fisheye(_) => "fisheye",
         };
         Self {
             format: FORMAT.into(),
@@ -236,6 +237,7 @@ impl TryFrom<FileSchema> for CameraRecord {
             ("none", []) => Distortion::None,
             ("brown_conrady", &[k1, k2, p1, p2, k3]) => Distortion::BrownConrady([k1, k2, p1, p2, k3]),
             ("division", &[lambda]) => Distortion::Division(lambda),
+            ("fisheye", &[k1, k2, k3, k4]) => Distortion::Fisheye([k1, k2, k3, k4]),
             (model, c) => return Err(format!("distortion: model '{model}' with {} coefficients", c.len())),
         };
         let rotation = Matrix3::from(file.pose.rotation).transpose();

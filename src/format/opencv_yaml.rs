@@ -1,6 +1,9 @@
 //! Camera files of OpenCV (FileStorage YAML, the keys of its calibration sample). The reader also
 //! takes ROS camera_info files, which have the same keys and matrices.
 //!
+//! A fisheye lens is what OpenCV's sample makes of one: `fisheye_model: 1` and the D of `cv::fisheye`,
+//! k1 k2 k3 k4, under `distortion_coefficients`; in ROS's files `distortion_model: equidistant`.
+//!
 //! OpenCV has no place for a pose in such files: ours adds `rotation_matrix` and
 //! `translation_vector` (world to camera), which OpenCV passes over.
 
@@ -45,9 +48,10 @@ pub fn to_yaml(file: &OpenCvCamera) -> Result<String> {
     if k.skew != 0.0 {
         return Err(Error::Unsupported { what: format!("skew {} in OpenCV's model: calibrate without skew", k.skew) });
     }
-    let coefficients = match camera.distortion {
-        Distortion::None => [0.0; 5],
-        Distortion::BrownConrady(c) => c,
+    let lens = camera.distortion;
+    let coefficients = match &lens {
+        Distortion::None => &[0.0; 5],
+        Distortion::BrownConrady(_) | Distortion::Fisheye(_) => lens.coefficients(),
         Distortion::Division(_) => {
             return Err(Error::Unsupported {
                 what: "the division model in OpenCV's: calibrate with k1 k2 p1 p2 k3".into(),
@@ -58,10 +62,13 @@ pub fn to_yaml(file: &OpenCvCamera) -> Result<String> {
     if let Some(rms) = rms {
         text += &format!("avg_reprojection_error: {}\n", number(*rms));
     }
+    if matches!(lens, Distortion::Fisheye(_)) {
+        text += "fisheye_model: 1\n";
+    }
     let r = camera.pose.rotation.transpose();
     text += &matrix("rotation_matrix", 3, 3, r.as_slice());
     text += &matrix("translation_vector", 3, 1, camera.pose.translation.as_slice());
-    text += &matrix("distortion_coefficients", 5, 1, &coefficients);
+    text += &matrix("distortion_coefficients", coefficients.len(), 1, coefficients);
     // Last, because it must be there and its end shows: a file that was cut short has none.
     text += &matrix("camera_matrix", 3, 3, &[k.fx, 0.0, k.cx, 0.0, k.fy, k.cy, 0.0, 0.0, 1.0]);
     Ok(text)
@@ -114,19 +121,27 @@ pub fn from_yaml(text: &[u8], name: &str) -> Result<OpenCvCamera> {
     Ok(OpenCvCamera { camera, rms })
 }
 
-/// k1 k2 p1 p2 [k3]; the longer vectors of OpenCV's other models only when their rest is zero.
+/// k1 k2 p1 p2 [k3]; the longer vectors of OpenCV's other models only when their rest is zero. With a
+/// fisheye lens k1 k2 k3 k4.
 fn distortion(file: &File) -> Result<Distortion> {
     let unsupported = |what: String| Err(Error::Unsupported { what: format!("{}: {what}", file.name) });
-    if let Some(model) = file.scalar("distortion_model").filter(|m| !["plumb_bob", "rational_polynomial"].contains(m)) {
-        return unsupported(format!("distortion_model {model}"));
-    }
-    if file.scalar("fisheye_model").is_some_and(|v| v != "0") {
-        return unsupported("a fisheye lens".into());
-    }
-    let Some(entry) = file.entry("distortion_coefficients") else { return Ok(Distortion::None) };
+    let fisheye = match (file.scalar("distortion_model"), file.scalar("fisheye_model")) {
+        (None | Some("plumb_bob" | "rational_polynomial"), flag) => flag.is_some_and(|v| v != "0"),
+        (Some("equidistant" | "fisheye"), _) => true,
+        (Some(model), _) => return unsupported(format!("distortion_model {model}")),
+    };
+    let Some(entry) = file.entry("distortion_coefficients") else {
+        return Ok(if fisheye { Distortion::Fisheye([0.0; 4]) } else { Distortion::None });
+    };
     let Value::Matrix { data, .. } = &entry.value else {
         return Err(file.error("distortion_coefficients", "not a matrix"));
     };
+    if fisheye {
+        let coefficients = data.as_slice().try_into();
+        return coefficients
+            .map(Distortion::Fisheye)
+            .map_err(|_| file.error("distortion_coefficients", format!("{} numbers of a fisheye lens", data.len())));
+    }
     if ![0, 4, 5, 8, 12, 14].contains(&data.len()) {
         return Err(file.error("distortion_coefficients", format!("{} numbers", data.len())));
     }

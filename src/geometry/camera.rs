@@ -79,9 +79,6 @@ pub struct Projection {
     pub by_weight: Vector2<f64>,
 }
 
-/// Nearest depth that still projects: below it the image position means nothing.
-const MIN_DEPTH: f64 = 1e-9;
-
 impl Camera {
     /// Checks sizes, finiteness, positive focal lengths and that the pose is a rotation.
     pub fn validate(&self) -> Result<()> {
@@ -129,10 +126,7 @@ impl Camera {
 
     /// Pixel of a point in the camera frame.
     pub fn project_camera_point(&self, x: &Vector3<f64>) -> Option<Vector2<f64>> {
-        if x.z.is_nan() || x.z <= MIN_DEPTH {
-            return None;
-        }
-        let pixel = self.intrinsics.to_pixel(&self.distortion.distort(x.xy() / x.z)?);
+        let pixel = self.intrinsics.to_pixel(&self.distortion.image(x)?);
         (pixel.x.is_finite() && pixel.y.is_finite()).then_some(pixel)
     }
 
@@ -141,20 +135,15 @@ impl Camera {
         self.project_homogeneous(world, 1.0)
     }
 
-    /// Projects the homogeneous point (xyz; weight), of the scale that keeps points in front of the
-    /// camera at positive depth. Weights at or below zero are points at or beyond infinity, as noisy
-    /// inverse depths give them.
+    /// Projects the homogeneous point (xyz; weight), of the scale that keeps xyz in its own direction
+    /// (points in front of the camera at positive depth). Weights at or below zero are points at or
+    /// beyond infinity, as noisy inverse depths give them.
     pub fn project_homogeneous(&self, xyz: &Vector3<f64>, weight: f64) -> Option<Projection> {
         let x = self.pose.rotation * xyz + self.pose.translation * weight;
-        if x.z.is_nan() || x.z <= MIN_DEPTH {
-            return None;
-        }
-        let iz = 1.0 / x.z;
-        let d = self.distortion.distort_with_jacobian(x.xy() * iz)?;
+        let d = self.distortion.image_with_jacobian(&x)?;
         let k = &self.intrinsics;
         let k2 = nalgebra::Matrix2::new(k.fx, k.skew, 0.0, k.fy);
-        let ideal_by_x = Matrix2x3::new(iz, 0.0, -x.x * iz * iz, 0.0, iz, -x.y * iz * iz);
-        let by_x = k2 * d.by_point * ideal_by_x;
+        let by_x = k2 * d.by_direction;
         let mut by_distortion = SMatrix::<f64, 2, MAX_COEFFICIENTS>::zeros();
         for (i, column) in d.by_coefficient.iter().enumerate() {
             by_distortion.set_column(i, &(k2 * column));
@@ -172,7 +161,7 @@ impl Camera {
         })
     }
 
-    /// Ideal (undistorted) position on the normalised plane of a pixel.
+    /// Ideal (undistorted) position on the normalised plane of a pixel; `None` also from 90 degrees on.
     pub fn undistort_pixel(&self, pixel: &Vector2<f64>) -> Option<Vector2<f64>> {
         let p = self.distortion.undistort(self.intrinsics.to_normalised(pixel))?;
         (p.x.is_finite() && p.y.is_finite()).then_some(p)
@@ -180,9 +169,9 @@ impl Camera {
 
     /// The ray through a pixel, in the world frame, from the camera's centre.
     pub fn back_project(&self, pixel: &Vector2<f64>) -> Option<Ray> {
-        let p = self.undistort_pixel(pixel)?;
-        let direction = self.pose.rotation.transpose() * Vector3::new(p.x, p.y, 1.0);
-        Some(Ray { origin: self.centre(), direction: direction.normalize() })
+        let direction = self.distortion.direction(&self.intrinsics.to_normalised(pixel))?;
+        let direction = self.pose.rotation.transpose() * direction;
+        direction.iter().all(|v| v.is_finite()).then(|| Ray { origin: self.centre(), direction })
     }
 
     /// Is the pixel inside the image (its border included)?
@@ -190,23 +179,23 @@ impl Camera {
         pixel.x >= -0.5 && pixel.y >= -0.5 && pixel.x <= self.width as f64 - 0.5 && pixel.y <= self.height as f64 - 0.5
     }
 
-    /// Refuses a lens that folds back inside the image: every pixel on the border must have its
-    /// ideal point on the monotone part of the lens, with a positive Jacobian there.
+    /// Refuses a lens that folds back inside the image: every pixel on the border must have its ray
+    /// on the monotone part of the lens, with a positive Jacobian there. The image circle of a fisheye
+    /// lens may end inside the image, but not before 90 degrees from the axis.
     pub fn check_lens(&self) -> Result<()> {
         let (w, h) = (self.width as f64 - 1.0, self.height as f64 - 1.0);
         const STEPS: usize = 16;
+        let may_end_early = matches!(self.distortion, Distortion::Fisheye(_));
+        let limit = self.distortion.monotone_radius();
         for i in 0..=STEPS {
             let s = i as f64 / STEPS as f64;
             for pixel in
                 [Vector2::new(s * w, 0.0), Vector2::new(s * w, h), Vector2::new(0.0, s * h), Vector2::new(w, s * h)]
             {
-                let ok = self.undistort_pixel(&pixel).is_some_and(|p| {
-                    p.norm() <= self.distortion.monotone_radius()
-                        && self
-                            .distortion
-                            .distort_with_jacobian(p)
-                            .is_some_and(|d| d.by_point.determinant() > 0.0 && d.by_point.trace() > 0.0)
-                });
+                let ok = match self.distortion.direction(&self.intrinsics.to_normalised(&pixel)) {
+                    None => may_end_early && limit.is_infinite(),
+                    Some(x) => self.grows_at(&x),
+                };
                 if !ok {
                     let centre = Vector2::new(self.intrinsics.cx, self.intrinsics.cy);
                     return Err(Error::LensNotMonotone { radius_px: (pixel - centre).norm() });
@@ -214,6 +203,20 @@ impl Camera {
             }
         }
         Ok(())
+    }
+
+    /// Is the lens orientation-preserving where it images the direction `x`, and before its fold?
+    fn grows_at(&self, x: &Vector3<f64>) -> bool {
+        if matches!(self.distortion, Distortion::Fisheye(_)) {
+            // Has a direction only where it grows.
+            return true;
+        }
+        let p = x.xy() / x.z;
+        p.norm() <= self.distortion.monotone_radius()
+            && self
+                .distortion
+                .distort_with_jacobian(p)
+                .is_some_and(|d| d.by_point.determinant() > 0.0 && d.by_point.trace() > 0.0)
     }
 }
 
@@ -232,8 +235,13 @@ mod tests {
         }
     }
 
-    fn lenses() -> [Distortion; 3] {
-        [Distortion::None, Distortion::BrownConrady([-0.28, 0.09, 0.001, -0.002, 0.01]), Distortion::Division(-0.2)]
+    fn lenses() -> [Distortion; 4] {
+        [
+            Distortion::None,
+            Distortion::BrownConrady([-0.28, 0.09, 0.001, -0.002, 0.01]),
+            Distortion::Division(-0.2),
+            Distortion::Fisheye([-0.012, 0.02, -0.017, 0.0035]),
+        ]
     }
 
     #[test]
@@ -279,6 +287,30 @@ mod tests {
                 };
                 check("centre", p.by_centre.column(i).into(), &shift, Vector3::zeros());
                 check("point", p.by_point.column(i).into(), &|_| camera, e);
+            }
+        }
+    }
+
+    #[test]
+    fn a_dome_camera_sees_beside_and_behind_its_image_plane() {
+        let lens = Distortion::Fisheye([-0.012, 0.02, -0.017, 0.0035]);
+        let dome = Camera { intrinsics: Intrinsics::new(340.0, 399.5, 299.5), ..camera(lens) };
+        for beyond in [Vector3::new(1.0, 0.4, 0.0), Vector3::new(-1.0, 0.4, -0.15)] {
+            let x = dome.pose.inverse().apply(&beyond);
+            let p = dome.project_with_jacobian(&x).unwrap();
+            let ray = dome.back_project(&p.pixel).unwrap();
+            assert!((ray.at(beyond.norm()) - x).norm() < 1e-9);
+            assert!(dome.undistort_pixel(&p.pixel).is_none());
+            let h = 1e-6;
+            for i in 0..3 {
+                let e = Vector3::ith(i, h);
+                let numeric = (dome.project(&(x + e)).unwrap() - dome.project(&(x - e)).unwrap()) / (2.0 * h);
+                assert!((p.by_point.column(i) - numeric).norm() < 1e-5 * (1.0 + numeric.norm()));
+            }
+            // The same direction at infinity, and beyond.
+            for weight in [1.0, 0.0, -0.01] {
+                let h = dome.project_homogeneous(&(x - dome.centre() * (1.0 - weight)), weight).unwrap();
+                assert!((h.pixel - p.pixel).norm() < 1e-9, "{weight}");
             }
         }
     }
@@ -333,6 +365,15 @@ mod tests {
         assert!(matches!(e, Error::LensNotMonotone { .. }));
         assert!(camera(Distortion::Division(-0.2)).check_lens().is_ok());
         assert!(camera(Distortion::Division(-6.0)).check_lens().is_err());
+        // A fisheye lens that folds at 1.18 rad, 498 px, inside the image.
+        let fisheye = |k1, f| {
+            let lens = camera(Distortion::Fisheye([k1, 0.0, 0.0, 0.0]));
+            Camera { intrinsics: Intrinsics::new(f, 399.5, 299.5), ..lens }.check_lens()
+        };
+        assert!(matches!(fisheye(-0.24, 500.0), Err(Error::LensNotMonotone { .. })));
+        assert!(fisheye(-0.1, 500.0).is_ok());
+        // An image circle of 180 degrees inside the image, and a fold beyond 90 degrees in the dark.
+        assert!(fisheye(0.0, 150.0).is_ok() && fisheye(-0.1, 190.0).is_ok());
     }
 
     #[test]

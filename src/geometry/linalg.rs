@@ -2,7 +2,8 @@
 //! few columns, Cholesky with an honest verdict, the symmetric generalised eigenproblem, and
 //! Hartley's normalisation. nalgebra's general SVD is not used (docs/decisions.md).
 
-use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector2, Vector3};
+use nalgebra::allocator::Allocator;
+use nalgebra::{DefaultAllocator, DimDiff, DimSub, Matrix3, Matrix4, OMatrix, OVector, SMatrix, U1, Vector2, Vector3};
 
 /// Singular values (descending) and right singular vectors of a tall matrix with N columns.
 pub struct RightSingular<const N: usize> {
@@ -116,23 +117,28 @@ pub type Matrix12 = SMatrix<f64, 12, 12>;
 
 /// Eigenvector of N p = mu H p for the LARGEST mu, with H symmetric positive definite and N
 /// symmetric, both scaled by diag(H)^-1/2 first. `None` when H is not positive definite.
-pub fn largest_generalised_eigenvector(n: &Matrix12, h: &Matrix12) -> Option<SVector<f64, 12>> {
-    if n.iter().chain(h.iter()).any(|v| !v.is_finite()) || (0..12).any(|i| h[(i, i)] <= 0.0) {
+pub fn largest_generalised_eigenvector<D>(n: &OMatrix<f64, D, D>, h: &OMatrix<f64, D, D>) -> Option<OVector<f64, D>>
+where
+    D: DimSub<U1>,
+    DefaultAllocator: Allocator<D> + Allocator<D, D> + Allocator<DimDiff<D, U1>>,
+{
+    let (size, _) = h.shape_generic();
+    if n.iter().chain(h.iter()).any(|v| !v.is_finite()) || (0..size.value()).any(|i| h[(i, i)] <= 0.0) {
         return None;
     }
-    let s = SVector::<f64, 12>::from_fn(|i, _| 1.0 / h[(i, i)].sqrt());
-    let scaled = |m: &Matrix12| Matrix12::from_fn(|i, j| m[(i, j)] * s[i] * s[j]);
+    let s = OVector::<f64, D>::from_fn_generic(size, U1, |i, _| 1.0 / h[(i, i)].sqrt());
+    let scaled = |m: &OMatrix<f64, D, D>| m.map_with_location(|i, j, v| v * s[i] * s[j]);
     let l = scaled(h).cholesky()?.unpack();
     // C = L^-1 N L^-T is symmetric, and its largest eigenvector y gives p = S L^-T y.
     let half = l.solve_lower_triangular(&scaled(n))?;
     let c = l.solve_lower_triangular(&half.transpose())?;
-    let c = (c + c.transpose()) * 0.5;
+    let c = (&c + c.transpose()) * 0.5;
     let eigen = c.try_symmetric_eigen(f64::EPSILON, 1000)?;
-    let best = (0..12).max_by(|&i, &j| eigen.eigenvalues[i].total_cmp(&eigen.eigenvalues[j]))?;
-    let y: SVector<f64, 12> = eigen.eigenvectors.column(best).into_owned();
-    let p = l.tr_solve_lower_triangular(&y)?;
-    let p = p.component_mul(&s);
-    let p = p / p.norm();
+    let best = (0..size.value()).max_by(|&i, &j| eigen.eigenvalues[i].total_cmp(&eigen.eigenvalues[j]))?;
+    let y: OVector<f64, D> = eigen.eigenvectors.column(best).into_owned();
+    let p = l.tr_solve_lower_triangular(&y)?.component_mul(&s);
+    let norm = p.norm();
+    let p = p / norm;
     p.iter().all(|v| v.is_finite()).then_some(p)
 }
 
@@ -231,6 +237,8 @@ impl Normalisation3 {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::SVector;
+
     use super::*;
 
     fn frobenius<const N: usize>(rows: &[[f64; N]]) -> f64 {

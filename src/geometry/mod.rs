@@ -1,6 +1,7 @@
 //! Rotations and rigid transforms, cameras and lenses, lines, planes, homographies: pure maths.
 
 pub mod camera;
+pub mod chi_square;
 pub mod distortion;
 pub mod homography;
 pub mod inverse_depth;
@@ -8,6 +9,7 @@ pub mod linalg;
 pub mod line;
 pub mod plane;
 pub mod rig_model;
+pub mod rig_parameters;
 pub mod rigid;
 
 pub use camera::{Camera, Intrinsics};
@@ -16,6 +18,7 @@ pub use inverse_depth::InverseDepthPoint;
 pub use line::{Line3, Ray};
 pub use plane::Plane;
 pub use rig_model::RigModel;
+pub use rig_parameters::{RIG_PARAMETERS, RigParameter};
 pub use rigid::Rigid;
 
 pub use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix3x4, Vector2, Vector3};

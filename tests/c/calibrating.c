@@ -123,7 +123,7 @@ static void options(void)
   ptzcal_calibration_free(result);
 
   /* What no option takes. */
-  CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, ptzcal_calibration_options_set_distortion(o, 5, NULL));
+  CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, ptzcal_calibration_options_set_distortion(o, 6, NULL));
   CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, ptzcal_calibration_options_set_distortion(o, UINT32_MAX, NULL));
   CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, ptzcal_calibration_options_set_skew_sigma(o, -1.0, NULL));
   CHECK_STATUS(PTZCAL_STATUS_NOT_FINITE, ptzcal_calibration_options_set_pixel_sigma(o, INFINITY, NULL));

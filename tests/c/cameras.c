@@ -160,7 +160,7 @@ static void bad_cameras(void)
   BAD(c.fy = -845.0, PTZCAL_STATUS_INVALID_ARGUMENT, "intrinsics");
   BAD(c.cx = NAN, PTZCAL_STATUS_NOT_FINITE, "intrinsics[3]");
   BAD(c.fx = INFINITY, PTZCAL_STATUS_NOT_FINITE, "intrinsics[0]");
-  BAD(c.distortion_model = 5, PTZCAL_STATUS_INVALID_ARGUMENT, "distortion_model");
+  BAD(c.distortion_model = 6, PTZCAL_STATUS_INVALID_ARGUMENT, "distortion_model");
   BAD(c.distortion_model = UINT32_MAX, PTZCAL_STATUS_INVALID_ARGUMENT, "distortion_model");
   BAD((c.distortion_model = PTZCAL_DISTORTION_MODEL_BROWN_CONRADY, c.distortion[4] = NAN), PTZCAL_STATUS_NOT_FINITE,
       "distortion[4]");

@@ -9,6 +9,8 @@
 #include "check.h"
 
 #define FIXTURE_POINTS 80
+#define FIXTURE_VIEWS 6
+#define FIXTURE_CORNERS 20
 
 static ptzcal_camera fixture_camera[1];
 static ptzcal_rig_model fixture_rig_model[1];
@@ -18,6 +20,8 @@ static ptzcal_spot fixture_spot[1];
 static ptzcal_chessboard_options fixture_chessboard_options[1];
 static ptzcal_chessboard fixture_chessboard[1];
 static ptzcal_calibration_summary fixture_calibration_summary[1];
+static ptzcal_board_view fixture_board_view[1];
+static ptzcal_laser_line fixture_laser_line[1];
 
 static ptzcal_pose fixture_pose[1];
 static ptzcal_ptz fixture_ptz[1];
@@ -31,6 +35,9 @@ static ptzcal_spot_options *fixture_spot_options;
 static ptzcal_correspondences *fixture_correspondences;
 static ptzcal_calibration_options *fixture_calibration_options;
 static ptzcal_calibration *fixture_calibration;
+static ptzcal_boards *fixture_boards;
+static ptzcal_board_calibration *fixture_board_calibration;
+static ptzcal_laser_calibration *fixture_laser_calibration;
 static ptzcal_roof_edges *fixture_roof_edges;
 static ptzcal_pose_options *fixture_pose_options;
 static ptzcal_pose_estimate *fixture_pose_estimate;
@@ -97,6 +104,56 @@ static inline void make_points(const ptzcal_camera *camera, double *xyz, double 
   }
   CHECK_OK(ptzcal_camera_project(camera, xyz, n, uv, NULL));
   for (i = 0; i < 2 * n; i++) uv[i] += noise * fixture_random(&state);
+}
+
+/* Corners of a board of 5 x 4 at 0.1 m, 1 to 3.5 m in front of the rig's head camera, tilted one way and
+   another, and the laser's spot on it. */
+static inline void make_board_view(uint32_t view, double noise, ptzcal_camera *pose, double *board_xy, double *uv, double *spot)
+{
+  static const double turns[FIXTURE_VIEWS][4] = {/* cos, sin about y; cos, sin about x */
+    {0.8, 0.6, 1, 0}, {0.8, -0.6, 0.96, 0.28}, {1, 0, 0.8, 0.6}, {0.96, 0.28, 0.8, -0.6}, {0.8, 0.6, 0.8, 0.6}, {0.96, -0.28, 0.96, 0.28}};
+  const double *turn = turns[view], z = 1.0 + 0.5 * view;
+  ptzcal_rig_model model;
+  ptzcal_camera head;
+  double xyz[3 * FIXTURE_CORNERS], point[3], *R = pose->rotation, depth;
+  uint32_t state = 11 + view;
+  size_t i;
+  make_rig_model(&model);
+  CHECK_OK(ptzcal_camera_init(pose, sizeof *pose));
+  CHECK_OK(ptzcal_rig_model_head_camera(&model, 0.0, 0.0, pose, NULL));
+  for (i = 0; i < FIXTURE_CORNERS; i++) {
+    board_xy[2 * i] = xyz[3 * i] = 0.1 * ((double)(i % 5) - 2.0);
+    board_xy[2 * i + 1] = xyz[3 * i + 1] = 0.1 * ((double)(i / 5) - 1.5);
+    xyz[3 * i + 2] = 0.0;
+  }
+  R[0] = turn[0], R[1] = turn[1] * turn[3], R[2] = turn[1] * turn[2];
+  R[3] = 0.0, R[4] = turn[2], R[5] = -turn[3];
+  R[6] = -turn[1], R[7] = turn[0] * turn[3], R[8] = turn[0] * turn[2];
+  pose->translation[0] = 0.12 * ((double)(view % 3) - 1.0) * z;
+  pose->translation[1] = 0.1 * ((double)(view % 2) - 0.5) * z;
+  pose->translation[2] = z;
+  CHECK_OK(ptzcal_camera_project(pose, xyz, FIXTURE_CORNERS, uv, NULL));
+  for (i = 0; i < 2 * FIXTURE_CORNERS; i++) uv[i] += noise * fixture_random(&state);
+  /* n . ((x0, y0, 0) + Z (0, 0, 1) - t) = 0 */
+  depth = pose->translation[2] + (R[2] * (pose->translation[0] - model.laser_x0) + R[5] * (pose->translation[1] - model.laser_y0)) / R[8];
+  point[0] = model.laser_x0, point[1] = model.laser_y0, point[2] = depth;
+  CHECK_OK(ptzcal_camera_init(&head, sizeof head));
+  CHECK_OK(ptzcal_rig_model_head_camera(&model, 0.0, 0.0, &head, NULL));
+  CHECK_OK(ptzcal_camera_project(&head, point, 1, spot, NULL));
+  for (i = 0; i < 2; i++) spot[i] += noise * fixture_random(&state);
+}
+
+static inline void make_boards(ptzcal_boards **boards, double noise)
+{
+  ptzcal_camera pose;
+  double board_xy[2 * FIXTURE_CORNERS], uv[2 * FIXTURE_CORNERS], spot[2];
+  uint32_t view;
+  CHECK_OK(ptzcal_boards_new(720, 576, boards, NULL));
+  for (view = 0; view < FIXTURE_VIEWS; view++) {
+    make_board_view(view, noise, &pose, board_xy, uv, spot);
+    CHECK_OK(ptzcal_boards_add_view(*boards, board_xy, uv, NULL, FIXTURE_CORNERS, NULL));
+    CHECK_OK(ptzcal_boards_set_spot(*boards, view, spot, NULL, NULL));
+  }
 }
 
 static inline void make_image(ptzcal_image *image, const void *pixels, uint32_t width, uint32_t height)
@@ -205,6 +262,11 @@ static inline void make_fixtures(void)
   CHECK_OK(ptzcal_correspondences_new(800, 600, &fixture_correspondences, NULL));
   CHECK_OK(ptzcal_correspondences_add_points(fixture_correspondences, fixture_xyz, fixture_uv, FIXTURE_POINTS, NULL));
   CHECK_OK(ptzcal_calibrate_camera(fixture_correspondences, NULL, &fixture_calibration, NULL));
+  CHECK_OK(ptzcal_board_view_init(fixture_board_view, sizeof *fixture_board_view));
+  CHECK_OK(ptzcal_laser_line_init(fixture_laser_line, sizeof *fixture_laser_line));
+  make_boards(&fixture_boards, 0.2);
+  CHECK_OK(ptzcal_calibrate_from_boards(fixture_boards, NULL, &fixture_board_calibration, NULL));
+  CHECK_OK(ptzcal_calibrate_laser_line(fixture_boards, NULL, NULL, &fixture_laser_calibration, NULL));
   CHECK_OK(ptzcal_pose_init(fixture_pose, sizeof *fixture_pose));
   CHECK_OK(ptzcal_pose_options_new(&fixture_pose_options, NULL));
   make_corner(&fixture_roof_edges, 0.0);
@@ -232,6 +294,9 @@ static inline void free_fixtures(void)
   ptzcal_pose_estimate_free(fixture_pose_estimate);
   ptzcal_roof_edges_free(fixture_roof_edges);
   ptzcal_pose_options_free(fixture_pose_options);
+  ptzcal_laser_calibration_free(fixture_laser_calibration);
+  ptzcal_board_calibration_free(fixture_board_calibration);
+  ptzcal_boards_free(fixture_boards);
   ptzcal_calibration_free(fixture_calibration);
   ptzcal_correspondences_free(fixture_correspondences);
   ptzcal_calibration_options_free(fixture_calibration_options);

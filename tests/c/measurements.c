@@ -63,6 +63,56 @@ static void shots(void)
   holds(16);
 }
 
+static void lines(void)
+{
+  ptzcal_error *error = NULL;
+  double xyz[12] = {0, 0, 1, 1, 0, 2, 0, 1, 3, 0, 1, 2}, uv[8] = {1, 2, 30, 4, 5, 6, 70, 8};
+  double directed[12] = {0, 0, 1, 1, 0, 1, 0, 1, 3, 0, 0, -1};
+  double of_xyz[36] = {0}, of_line[72] = {0}, of_uv[12] = {1, 0, 1, 2, 0.5, 1, 1, 0, 3, 1, 0, 1};
+  holds(16);
+  CHECK_OK(ptzcal_correspondences_add_lines(set, xyz, NULL, uv, NULL, 2, NULL));
+  CHECK_OK(ptzcal_correspondences_add_lines(set, xyz, of_xyz, uv, of_uv, 2, NULL));
+  CHECK_OK(ptzcal_correspondences_add_directed_lines(set, directed, NULL, uv, NULL, 2, NULL));
+  CHECK_OK(ptzcal_correspondences_add_directed_lines(set, directed, of_line, uv, of_uv, 2, NULL));
+  CHECK_OK(ptzcal_correspondences_add_lines(set, NULL, NULL, NULL, NULL, 0, NULL));
+  CHECK_OK(ptzcal_correspondences_add_directed_lines(set, NULL, NULL, NULL, NULL, 0, NULL));
+  holds(24);
+
+  /* The second one is bad: none is added. */
+  xyz[10] = NAN;
+  CHECK_STATUS(PTZCAL_STATUS_NOT_FINITE, ptzcal_correspondences_add_lines(set, xyz, NULL, uv, NULL, 2, &error));
+  CHECK(ptzcal_error_index(error) == 1);
+  ptzcal_error_free(error);
+  xyz[10] = 1;
+  xyz[11] = 3; /* two points that are one */
+  CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, ptzcal_correspondences_add_lines(set, xyz, NULL, uv, NULL, 2, NULL));
+  xyz[11] = 2;
+  directed[11] = 0; /* no direction */
+  CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT,
+               ptzcal_correspondences_add_directed_lines(set, directed, NULL, uv, NULL, 2, NULL));
+  directed[11] = INFINITY;
+  CHECK_STATUS(PTZCAL_STATUS_NOT_FINITE,
+               ptzcal_correspondences_add_directed_lines(set, directed, NULL, uv, NULL, 2, NULL));
+  directed[11] = 1e13; /* beyond measure */
+  CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT,
+               ptzcal_correspondences_add_directed_lines(set, directed, NULL, uv, NULL, 2, NULL));
+  directed[11] = -1;
+  of_xyz[18] = -1;
+  CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, ptzcal_correspondences_add_lines(set, xyz, of_xyz, uv, NULL, 2, NULL));
+  of_line[36] = -1;
+  CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT,
+               ptzcal_correspondences_add_directed_lines(set, directed, of_line, uv, NULL, 2, NULL));
+  of_uv[11] = 0; /* zero noise would weigh infinitely */
+  CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, ptzcal_correspondences_add_lines(set, xyz, NULL, uv, of_uv, 2, NULL));
+  CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT,
+               ptzcal_correspondences_add_directed_lines(set, directed, NULL, uv, of_uv, 2, NULL));
+  uv[6] = 5, uv[7] = 6; /* a segment without length */
+  CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, ptzcal_correspondences_add_lines(set, xyz, NULL, uv, NULL, 2, NULL));
+  CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT,
+               ptzcal_correspondences_add_directed_lines(set, directed, NULL, uv, NULL, 2, NULL));
+  holds(24);
+}
+
 static void sizes(void)
 {
   static const uint32_t bad[] = {0, 65537, UINT32_MAX};
@@ -82,6 +132,7 @@ int main(void)
   CHECK_OK(ptzcal_correspondences_new(800, 600, &set, NULL));
   adding();
   shots();
+  lines();
   sizes();
   ptzcal_correspondences_free(set);
   return 0;

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 25] = [
+const TOPICS: [&str; 29] = [
     "version",
     "status",
     "error",
@@ -24,6 +24,10 @@ const TOPICS: [&str; 25] = [
     "correspondences",
     "calibration_options",
     "calibrate",
+    "uncertainty",
+    "linear_methods",
+    "boards",
+    "laser_line",
     "roof_edges",
     "pose",
     "devices",

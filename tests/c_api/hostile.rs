@@ -105,8 +105,8 @@ fn program() -> String {
 #include <math.h>
 #include <string.h>
 
-static double numbers[64], nan_first[64], infinite_first[64];
-static double output[64];
+static double numbers[256], nan_first[256], infinite_first[256];
+static double output[256];
 static uint32_t garbage[256];
 static char long_string[PTZCAL_MAX_STRING + 2];
 
@@ -157,7 +157,7 @@ static void after(const char *about, ptzcal_status status, int as_wanted)
 int main(void)
 {
   size_t i;
-  for (i = 0; i < 64; i++) numbers[i] = nan_first[i] = infinite_first[i] = 1.0 + (double)i;
+  for (i = 0; i < 256; i++) numbers[i] = nan_first[i] = infinite_first[i] = 1.0 + (double)i;
   memset(long_string, 'x', sizeof long_string - 1);
   nan_first[0] = NAN;
   infinite_first[0] = -INFINITY;

@@ -6,12 +6,14 @@ use std::fs;
 use std::mem::{offset_of, size_of};
 use std::process::Command;
 
+use ptzcal::capi::boards::ptzcal_board_view;
 use ptzcal::capi::calibrate::ptzcal_calibration_summary;
 use ptzcal::capi::camera::ptzcal_camera;
 use ptzcal::capi::chessboard::{ptzcal_chessboard, ptzcal_chessboard_options};
 use ptzcal::capi::detect::ptzcal_spot;
 use ptzcal::capi::devices::ptzcal_ptz;
 use ptzcal::capi::image::ptzcal_image;
+use ptzcal::capi::laser_line::ptzcal_laser_line;
 use ptzcal::capi::pose::ptzcal_pose;
 use ptzcal::capi::progress::ptzcal_progress;
 use ptzcal::capi::rig_model::ptzcal_rig_model;
@@ -46,6 +48,8 @@ fn rust() -> String {
     layout!(out, ptzcal_chessboard: struct_size columns rows found blur);
     layout!(out, ptzcal_calibration_summary: struct_size iterations measurements inliers parameters
         rms noise_factor condition);
+    layout!(out, ptzcal_board_view: struct_size used corners inliers rms rotation translation covariance);
+    layout!(out, ptzcal_laser_line: struct_size spots x0 y0 vx vy rms covariance);
     layout!(out, ptzcal_pose: struct_size reserved rotation translation rotation_angle residual_rms
         disagreement condition);
     layout!(out, ptzcal_ptz: struct_size reserved pan_min pan_max tilt_min tilt_max pan_step tilt_step

@@ -71,8 +71,8 @@ pub fn far() -> Camera {
     camera(Rigid::look_at(&Vector3::new(-1.6, -0.9, 0.6), &Vector3::new(0.15, 0.15, 2.9)).unwrap())
 }
 
-const ROOM: [[f64; 3]; 2] = [[-1.9, -1.3, -1.0], [2.0, 1.2, 4.6]];
-const BOXES: [[[f64; 3]; 2]; 5] = [
+pub const ROOM: [[f64; 3]; 2] = [[-1.9, -1.3, -1.0], [2.0, 1.2, 4.6]];
+pub const BOXES: [[[f64; 3]; 2]; 5] = [
     [[-0.7, 0.15, 1.7], [0.2, 1.2, 2.5]],
     [[-0.48, -0.45, 1.05], [-0.28, 0.1, 1.3]],
     [[0.25, 0.3, 1.35], [0.5, 1.2, 1.7]],
@@ -110,28 +110,55 @@ pub struct Shot {
 
 /// Noiseless shots on the pan/tilt grid that the camera sees; `n` of them chosen at random.
 pub fn world(camera: &Camera, n: usize) -> Vec<Shot> {
-    let rig = rig();
+    world_of(&rig(), camera, n)
+}
+
+/// The same with another rig.
+pub fn world_of(rig: &RigModel, camera: &Camera, n: usize) -> Vec<Shot> {
+    let single =
+        |s: &SharedShot| s.fixed[0].map(|fixed| Shot { pan: s.pan, tilt: s.tilt, point: s.point, head: s.head, fixed });
+    let mut shots: Vec<Shot> = grid(rig, &Rigid::identity(), &[*camera]).iter().filter_map(single).collect();
+    choose(&mut shots, n);
+    shots
+}
+
+/// One noiseless shot with what each of several cameras sees.
+#[derive(Clone)]
+pub struct SharedShot {
+    pub pan: f64,
+    pub tilt: f64,
+    pub point: Vector3<f64>,
+    pub head: Vector2<f64>,
+    pub fixed: Vec<Option<Vector2<f64>>>,
+}
+
+/// All noiseless shots of the pan/tilt grid with the rig at a station (its frame to the world).
+pub fn grid(rig: &RigModel, station: &Rigid, cameras: &[Camera]) -> Vec<SharedShot> {
     let mut shots = Vec::new();
     for j in 0..59 {
         for i in 0..73 {
             let pan = (-29.0 + 54.0 * i as f64 / 72.0).to_radians();
             let tilt = (-21.0 + 40.0 * j as f64 / 58.0).to_radians();
             let (o, d) = rig.laser_in_world(pan, tilt);
+            let (o, d) = (station.apply(&o), station.rotation * d);
             let z = depth(&o, &d);
             let point = o + d * z;
             let inside = |m: &Vector2<f64>| m.x > 0.0 && m.y > 0.0 && m.x < 800.0 && m.y < 600.0;
-            if let Some(fixed) = camera.project(&point).filter(inside) {
-                shots.push(Shot { pan, tilt, point, head: rig.spot_pixel(1.0 / z).unwrap(), fixed });
-            }
+            let fixed = cameras.iter().map(|c| c.project(&point).filter(inside)).collect();
+            shots.push(SharedShot { pan, tilt, point, head: rig.spot_pixel(1.0 / z).unwrap(), fixed });
         }
     }
+    shots
+}
+
+/// Keeps `n` at random, always the same ones.
+pub fn choose<T>(shots: &mut Vec<T>, n: usize) {
     let mut noise = Noise::new(5);
     for i in 0..n.min(shots.len()) {
         let j = i + ((shots.len() - i) as f64 * noise.uniform()) as usize;
         shots.swap(i, j);
     }
     shots.truncate(n);
-    shots
 }
 
 /// The shots with noise `sigma_head` and `sigma_fixed` (px) as the library's observations.

@@ -5,7 +5,21 @@ image positions pixels; pixel (0, 0) is the centre of the top-left pixel. Calls 
 """
 
 from ._native import abi_version, version
-from .calibrate import Calibration, Correspondences, calibrate_camera
+from .boards import (
+    BoardCalibration,
+    Boards,
+    BoardView,
+    LaserCalibration,
+    calibrate_from_boards,
+    calibrate_laser_line,
+)
+from .calibrate import (
+    Calibration,
+    Correspondences,
+    calibrate_camera,
+    division_eigenproblem,
+    radial_alignment,
+)
 from .camera import Camera, DistortionModel
 from .cancel import Cancel
 from .chessboard import Chessboard, detect_chessboard
@@ -30,6 +44,9 @@ from .simulator import HEAD_CAMERA, Frame, Motion, Simulator
 __version__ = version()
 
 __all__ = [
+    "BoardCalibration",
+    "BoardView",
+    "Boards",
     "Calibration",
     "Camera",
     "Cancel",
@@ -45,6 +62,7 @@ __all__ = [
     "Gate",
     "HEAD_CAMERA",
     "InvalidArgument",
+    "LaserCalibration",
     "LaserColour",
     "LogLevel",
     "Motion",
@@ -68,8 +86,12 @@ __all__ = [
     "Status",
     "abi_version",
     "calibrate_camera",
+    "calibrate_from_boards",
+    "calibrate_laser_line",
     "detect_chessboard",
     "detect_spot",
+    "division_eigenproblem",
     "estimate_pose_roof_edges",
+    "radial_alignment",
     "version",
 ]

@@ -44,6 +44,18 @@ def rows_or_one(value: Any, columns: int, name: str) -> Tuple[np.ndarray, bool]:
     return rows(array, columns, name), False
 
 
+def shaped(value: Any, count: Optional[int], shape: Tuple[int, ...], name: str) -> np.ndarray:
+    """n entries of this shape; an empty list has none."""
+    array = numbers(value, name)
+    if array.shape == (0,):
+        array = array.reshape(0, *shape)
+    if array.shape[1:] != shape or array.ndim == 0 or count not in (None, len(array)):
+        n = "n" if count is None else count
+        wanted = ", ".join(map(str, (n, *shape)))
+        raise ValueError(f"{name} must be of shape ({wanted}), not {array.shape}")
+    return array
+
+
 def pixel_covariances(value: Any, count: int, name: str) -> Optional[np.ndarray]:
     """count x (xx, xy, yy) from (n, 3), (n, 2, 2) or one (2, 2) for all; None stays None."""
     if value is None:

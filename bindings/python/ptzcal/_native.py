@@ -25,6 +25,7 @@ from typing import Any, Dict, Optional, Type, TypeVar, Union
 
 from . import _library
 from ._structs import (
+    ptzcal_board_view,
     ptzcal_calibration_summary,
     ptzcal_camera,
     ptzcal_chessboard,
@@ -34,6 +35,7 @@ from ._structs import (
     ptzcal_frame_fn,
     ptzcal_image,
     ptzcal_laser_fn,
+    ptzcal_laser_line,
     ptzcal_log_fn,
     ptzcal_pose,
     ptzcal_progress_fn,
@@ -63,10 +65,12 @@ _int32_out = POINTER(c_int32)
 _uint32_out = POINTER(c_uint32)
 _size_out = POINTER(c_size_t)
 _images = POINTER(POINTER(ptzcal_image))
+_board_view = POINTER(ptzcal_board_view)
 _camera = POINTER(ptzcal_camera)
 _chessboard = POINTER(ptzcal_chessboard)
 _chessboard_options = POINTER(ptzcal_chessboard_options)
 _image = POINTER(ptzcal_image)
+_laser_line = POINTER(ptzcal_laser_line)
 _model = POINTER(ptzcal_rig_model)
 _pose = POINTER(ptzcal_pose)
 _region = POINTER(ptzcal_region)
@@ -137,6 +141,12 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_correspondences_add_laser_shots": (
         _status, _handle, _model, _array, _array, _array, _array, _array, c_size_t, _error_out,
     ),
+    "ptzcal_correspondences_add_lines": (
+        _status, _handle, _array, _array, _array, _array, c_size_t, _error_out,
+    ),
+    "ptzcal_correspondences_add_directed_lines": (
+        _status, _handle, _array, _array, _array, _array, c_size_t, _error_out,
+    ),
     "ptzcal_correspondences_count": (_status, _handle, _size_out, _error_out),
     "ptzcal_calibration_options_new": (_status, _handle_out, _error_out),
     "ptzcal_calibration_options_free": (None, _handle),
@@ -151,6 +161,8 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_calibration_options_set_max_iterations": (_status, _handle, c_uint32, _error_out),
     "ptzcal_calibration_options_set_cancel": (_status, _handle, _handle, _error_out),
     "ptzcal_calibrate_camera": (_status, _handle, _handle, _handle_out, _error_out),
+    "ptzcal_radial_alignment": (_status, _handle, _array, _camera, _error_out),
+    "ptzcal_division_eigenproblem": (_status, _handle, _array, _camera, _error_out),
     "ptzcal_calibration_free": (None, _handle),
     "ptzcal_calibration_get_camera": (_status, _handle, _camera, _error_out),
     "ptzcal_calibration_summary_init": (_status, _summary, c_size_t),
@@ -162,6 +174,45 @@ PROTOTYPES: Dict[str, tuple] = {
         _status, _handle, _array, c_size_t, _size_out, _error_out,
     ),
     "ptzcal_calibration_copy_inliers": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    # Boards.
+    "ptzcal_boards_new": (_status, c_uint32, c_uint32, _handle_out, _error_out),
+    "ptzcal_boards_free": (None, _handle),
+    "ptzcal_boards_add_view": (_status, _handle, _array, _array, _array, c_size_t, _error_out),
+    "ptzcal_boards_set_spot": (_status, _handle, c_uint32, _array, _array, _error_out),
+    "ptzcal_boards_set_bending": (_status, _handle, c_double, _error_out),
+    "ptzcal_boards_count": (_status, _handle, _size_out, _error_out),
+    "ptzcal_calibrate_from_boards": (_status, _handle, _handle, _handle_out, _error_out),
+    "ptzcal_board_calibration_free": (None, _handle),
+    "ptzcal_board_calibration_copy_camera": (_status, _handle, _handle_out, _error_out),
+    "ptzcal_board_calibration_count": (_status, _handle, _size_out, _error_out),
+    "ptzcal_board_view_init": (_status, _board_view, c_size_t),
+    "ptzcal_board_calibration_get_view": (_status, _handle, c_uint32, _board_view, _error_out),
+    "ptzcal_board_calibration_get_bending": (_status, _handle, _array, _error_out),
+    "ptzcal_board_calibration_advice": (c_char_p, _handle),
+    "ptzcal_calibrate_laser_line": (
+        _status, _handle, _handle, _handle, _handle_out, _error_out,
+    ),
+    "ptzcal_laser_calibration_free": (None, _handle),
+    "ptzcal_laser_line_init": (_status, _laser_line, c_size_t),
+    "ptzcal_laser_calibration_get_line": (_status, _handle, _laser_line, _error_out),
+    "ptzcal_laser_calibration_get_rig_model": (_status, _handle, _model, _error_out),
+    "ptzcal_laser_calibration_copy_boards": (_status, _handle, _handle_out, _error_out),
+    "ptzcal_laser_calibration_copy_residuals": (
+        _status, _handle, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_laser_calibration_copy_inliers": (
+        _status, _handle, _array, c_size_t, _size_out, _error_out,
+    ),
+    # What a calibration's covariance means.
+    "ptzcal_calibration_project": (
+        _status, _handle, _array, _array, c_size_t, _array, _array, _error_out,
+    ),
+    "ptzcal_calibration_back_project": (
+        _status, _handle, _array, _array, c_size_t, _array, _array, _error_out,
+    ),
+    "ptzcal_calibration_back_project_to_plane": (
+        _status, _handle, _array, _array, c_size_t, _array, c_double, _array, _array, _error_out,
+    ),
     # Rig poses by roof edges.
     "ptzcal_roof_edges_new": (_status, _handle_out, _error_out),
     "ptzcal_roof_edges_free": (None, _handle),

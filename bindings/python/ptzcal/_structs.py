@@ -151,6 +151,32 @@ class ptzcal_calibration_summary(Structure):
     ]
 
 
+class ptzcal_board_view(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("used", c_uint32),
+        ("corners", c_uint64),
+        ("inliers", c_uint64),
+        ("rms", c_double),
+        ("rotation", c_double * 9),
+        ("translation", c_double * 3),
+        ("covariance", c_double * 36),
+    ]
+
+
+class ptzcal_laser_line(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("spots", c_uint32),
+        ("x0", c_double),
+        ("y0", c_double),
+        ("vx", c_double),
+        ("vy", c_double),
+        ("rms", c_double),
+        ("covariance", c_double * 49),
+    ]
+
+
 class ptzcal_pose(Structure):
     _fields_ = [
         ("struct_size", c_uint32),

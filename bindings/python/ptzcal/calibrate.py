@@ -16,7 +16,9 @@ from ._arrays import (
     pixel_covariances,
     point_covariances,
     rows,
+    shaped,
     unsigned,
+    vector,
 )
 from ._native import Handle, call, lib
 from .camera import Camera, DistortionModel
@@ -28,6 +30,7 @@ _COEFFICIENTS: Dict[int, Tuple[str, ...]] = {
     DistortionModel.NONE: (),
     DistortionModel.BROWN_CONRADY: ("k1", "k2", "p1", "p2", "k3"),
     DistortionModel.DIVISION: ("lambda",),
+    DistortionModel.FISHEYE: ("k1", "k2", "k3", "k4"),
 }
 
 
@@ -103,6 +106,47 @@ class Correspondences(Handle):
             n,
         )
 
+    def add_lines(
+        self,
+        xyz: Any,
+        uv: Any,
+        *,
+        directed: bool = False,
+        covariance: Any = None,
+        uv_covariance: Any = None,
+    ) -> None:
+        """Adds straight lines, seen as segments with the ends uv (n, 2, 2), pixels.
+
+        xyz (n, 2, 3): two points of each line, metres, or, with directed, a point and a direction.
+        The ends are images of no particular points of the line. covariance: (n, 2, 3, 3) of the two
+        points, or, with directed, (n, 6, 6) of point and direction; exact lines without.
+        uv_covariance: (n, 2, 2, 2) of the ends, or one (2, 2), px^2; the calibration's pixel noise
+        without.
+        """
+        xyz = shaped(xyz, None, (2, 3), "xyz")
+        n = len(xyz)
+        uv = shaped(uv, n, (2, 2), "uv")
+        if covariance is not None:
+            shape = (6, 6) if directed else (2, 3, 3)
+            covariance = shaped(covariance, n, shape, "covariance")
+        if uv_covariance is not None and np.shape(uv_covariance) != (2, 2):
+            uv_covariance = shaped(uv_covariance, n, (2, 2, 2), "uv_covariance").reshape(-1, 2, 2)
+        of_uv = pixel_covariances(uv_covariance, 2 * n, "uv_covariance")
+        add = (
+            lib.ptzcal_correspondences_add_directed_lines
+            if directed
+            else lib.ptzcal_correspondences_add_lines
+        )
+        call(
+            add,
+            self._pointer,
+            address_of(xyz),
+            address_of_optional(covariance),
+            address_of(uv),
+            address_of_optional(of_uv),
+            n,
+        )
+
     def add_scan(self, scan: Scan, camera: int = 0) -> None:
         """Adds what the head camera and a fixed camera, by its number, saw together in a scan."""
         number = unsigned(camera, "camera")
@@ -122,8 +166,18 @@ class Calibration(Handle):
     def __init__(self, correspondences: Correspondences, options: Optional["_Options"]) -> None:
         chosen = None if options is None else options._pointer
         self._make(lib.ptzcal_calibrate_camera, correspondences._pointer, chosen)
-        self._summary = _native.initial(_structs.ptzcal_calibration_summary)
-        call(lib.ptzcal_calibration_get_summary, self._pointer, byref(self._summary))
+
+    @classmethod
+    def _made(cls, function: Any, *arguments: Any) -> "Calibration":
+        calibration = cls.__new__(cls)
+        calibration._make(function, *arguments)
+        return calibration
+
+    @cached_property
+    def _summary(self) -> _structs.ptzcal_calibration_summary:
+        summary = _native.initial(_structs.ptzcal_calibration_summary)
+        call(lib.ptzcal_calibration_get_summary, self._pointer, byref(summary))
+        return summary
 
     @cached_property
     def camera(self) -> Camera:
@@ -153,7 +207,11 @@ class Calibration(Handle):
 
     @cached_property
     def residuals(self) -> np.ndarray:
-        """Measured minus predicted pixel of every measurement, (n, 2), outliers included."""
+        """Measured minus predicted pixel of every measurement, (n, 2), outliers included.
+
+        Of a line: signed distances of its segment's two ends from the line's image, positive to the
+        right of it as seen from the first end to the second.
+        """
         return self._copied("residuals", np.empty((self.measurements, 2)))
 
     @cached_property
@@ -194,6 +252,75 @@ class Calibration(Handle):
     def condition(self) -> float:
         """Condition number of the normal equations, scaled to unit diagonal."""
         return self._summary.condition
+
+    def project(self, xyz: Any, *, xyz_covariance: Any = None) -> Tuple[np.ndarray, np.ndarray]:
+        """World points (n, 3), metres, to pixels (n, 2) and their covariances (n, 2, 2), px^2.
+
+        The covariance holds the camera's uncertainty and the points' own, (n, 3, 3) or (3, 3), m^2.
+        Raises Error BEHIND_CAMERA or OUTSIDE_LENS with the index of the first such point.
+        """
+        xyz = rows(xyz, 3, "xyz")
+        n = len(xyz)
+        of_xyz = point_covariances(xyz_covariance, n, "xyz_covariance")
+        uv, of_uv = np.empty((n, 2)), np.empty((n, 3))
+        call(
+            lib.ptzcal_calibration_project,
+            self._pointer,
+            address_of(xyz),
+            address_of_optional(of_xyz),
+            n,
+            address_of(uv),
+            address_of(of_uv),
+        )
+        return uv, of_uv[:, [0, 1, 1, 2]].reshape(n, 2, 2)
+
+    def back_project(self, uv: Any, *, uv_covariance: Any = None) -> Tuple[np.ndarray, np.ndarray]:
+        """Pixels (n, 2) to unit directions (n, 3) in the world, and the covariances (n, 6, 6) of the
+        rays: of the camera's centre, metres, and the direction, in that order.
+
+        uv_covariance: (n, 3): xx, xy, yy, or (n, 2, 2), or (2, 2), px^2; exact pixels without.
+        Raises Error OUTSIDE_LENS with the index.
+        """
+        uv = rows(uv, 2, "uv")
+        n = len(uv)
+        of_uv = pixel_covariances(uv_covariance, n, "uv_covariance")
+        directions, of_rays = np.empty((n, 3)), np.empty((n, 6, 6))
+        call(
+            lib.ptzcal_calibration_back_project,
+            self._pointer,
+            address_of(uv),
+            address_of_optional(of_uv),
+            n,
+            address_of(directions),
+            address_of(of_rays),
+        )
+        return directions, of_rays
+
+    def back_project_to_plane(
+        self, uv: Any, normal: Any, distance: float, *, uv_covariance: Any = None
+    ) -> Tuple[np.ndarray, np.ndarray]:
+        """Points (n, 3), metres, of the plane normal . x = distance under pixels uv (n, 2), and
+        their covariances (n, 3, 3), m^2. The plane is exact.
+
+        uv_covariance as in back_project. Raises Error BEHIND_CAMERA with the index of the first
+        pixel whose ray does not meet the plane, or OUTSIDE_LENS.
+        """
+        uv, normal = rows(uv, 2, "uv"), vector(normal, 3, "normal")
+        n = len(uv)
+        of_uv = pixel_covariances(uv_covariance, n, "uv_covariance")
+        xyz, of_xyz = np.empty((n, 3)), np.empty((n, 3, 3))
+        call(
+            lib.ptzcal_calibration_back_project_to_plane,
+            self._pointer,
+            address_of(uv),
+            address_of_optional(of_uv),
+            n,
+            address_of(normal),
+            distance,
+            address_of(xyz),
+            address_of(of_xyz),
+        )
+        return xyz, of_xyz
 
     def save(self, path: _native.Path) -> None:
         """Writes everything as JSON, to the last bit; Camera.load reads the camera of it."""
@@ -242,6 +369,35 @@ def calibrate_camera(
     Raises Error TOO_FEW_POINTS, DEGENERATE (the hint says what to add), NO_CONSENSUS,
     NO_CONVERGENCE or LENS_NOT_MONOTONE; Cancelled.
     """
+    options = chosen_options(
+        distortion=distortion,
+        lens=lens,
+        skew_sigma=skew_sigma,
+        aspect_sigma=aspect_sigma,
+        pixel_sigma=pixel_sigma,
+        robust=robust,
+        seed=seed,
+        max_focal_deviation=max_focal_deviation,
+        max_iterations=max_iterations,
+        cancel=cancel,
+    )
+    return Calibration(correspondences, options)
+
+
+def chosen_options(
+    *,
+    distortion: Union[DistortionModel, str, int, None] = None,
+    lens: Optional[Camera] = None,
+    skew_sigma: Optional[float] = None,
+    aspect_sigma: Optional[float] = None,
+    pixel_sigma: Optional[float] = None,
+    robust: Optional[bool] = None,
+    seed: Optional[int] = None,
+    max_focal_deviation: Optional[float] = None,
+    max_iterations: Optional[int] = None,
+    cancel: Optional[Cancel] = None,
+) -> Optional[_Options]:
+    """The options of calibrate_camera; None when all keep their defaults."""
     settings = {
         "distortion": None
         if distortion is None
@@ -259,4 +415,32 @@ def calibrate_camera(
         "cancel": pointer_of(cancel),
     }
     given = any(value is not None for value in settings.values())
-    return Calibration(correspondences, _Options(settings) if given else None)
+    return _Options(settings) if given else None
+
+
+def radial_alignment(correspondences: Correspondences, centre: Any = None) -> Camera:
+    """Radial alignment (Tsai 1987) with the division model: a camera in two linear steps.
+
+    Takes every measurement as it is. centre: (2,), the centre of distortion, pixels (the image's
+    centre). The camera's lambda is in units of its normalised plane: over fx fy in pixels^-2.
+
+    Raises Error TOO_FEW_POINTS (below 7) or DEGENERATE.
+    """
+    return _linear(lib.ptzcal_radial_alignment, correspondences, centre)
+
+
+def division_eigenproblem(correspondences: Correspondences, centre: Any = None) -> Camera:
+    """The direct linear transform with the division model as a generalised eigenproblem
+    (Fitzgibbon 2001): the weaker method, meaningless without distortion. As radial_alignment.
+
+    Raises Error TOO_FEW_POINTS (below 6), DEGENERATE (what was wrong with the eigenvalues) or
+    NO_CONVERGENCE.
+    """
+    return _linear(lib.ptzcal_division_eigenproblem, correspondences, centre)
+
+
+def _linear(function: Any, correspondences: Correspondences, centre: Any) -> Camera:
+    given = None if centre is None else rows([centre], 2, "centre")
+    struct = _native.initial(_structs.ptzcal_camera)
+    call(function, correspondences._pointer, address_of_optional(given), byref(struct))
+    return Camera._from_struct(struct)

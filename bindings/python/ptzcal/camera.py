@@ -22,6 +22,7 @@ class DistortionModel(enum.IntEnum):
     RADIAL2 = 2  #: k1 k2
     BROWN_CONRADY = 3  #: k1 k2 p1 p2 k3, with OpenCV's meaning
     DIVISION = 4  #: lambda; negative is barrel distortion
+    FISHEYE = 5  #: k1 k2 k3 k4 of the angle from the axis, with OpenCV's meaning
 
 
 def lens_into(struct: Any, lens: Any) -> None:

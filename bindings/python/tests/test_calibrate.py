@@ -1,3 +1,4 @@
+import dataclasses
 import json
 import tempfile
 import threading
@@ -71,7 +72,7 @@ class Points(TestCase):
 
     def test_lenses(self):
         truth = camera(LENS)
-        names = {"radial1": 16, "radial2": 16, "brown_conrady": 16, "division": 12}
+        names = {"radial1": 16, "radial2": 16, "brown_conrady": 16, "division": 12, "fisheye": 15}
         for model, parameters in names.items():
             with self.subTest(model):
                 result = ptzcal.calibrate_camera(measured(truth, 800), distortion=model)
@@ -81,6 +82,26 @@ class Points(TestCase):
         self.assertIs_within(result, truth)
         k1, sigma = result.camera.distortion[0], result.standard_deviations[5]
         self.assertLess(abs(k1 - LENS[0]), 5 * sigma)
+
+    def test_linear_methods(self):
+        lens = dict(distortion_model="division", distortion=[-0.2])
+        truth = dataclasses.replace(camera(), **lens)
+        xyz, _ = visible(camera(), 400)
+        uv = truth.project(xyz) + np.random.default_rng(3).normal(0, 0.2, (400, 2))
+        measurements = ptzcal.Correspondences(*truth.size)
+        measurements.add_points(xyz, uv)
+        for method, within in ((ptzcal.radial_alignment, 0.01), (ptzcal.division_eigenproblem, 0.05)):
+            with self.subTest(method.__name__):
+                found = method(measurements, (truth.cx, truth.cy))
+                self.assertIs(found.distortion_model, ptzcal.DistortionModel.DIVISION)
+                self.assertLess(abs(found.distortion[0] + 0.2), within)
+                self.assertClose(found.centre, truth.centre, atol=0.05)
+                self.assertEqual(method(measurements).size, truth.size)
+                with self.assertRaises(ptzcal.Error) as caught:
+                    method(ptzcal.Correspondences(800, 600))
+                self.assertIs(caught.exception.status, ptzcal.Status.TOO_FEW_POINTS)
+                with self.assertRaises(ValueError):
+                    method(measurements, (1.0, 2.0, 3.0))
 
     def test_known_lens(self):
         truth = camera(LENS)
@@ -284,6 +305,98 @@ class LaserShots(TestCase):
             m.add_laser_shots(rig_model(), np.zeros((3, 2)), np.zeros((2, 2)), np.zeros((3, 2)))
         with self.fails("NOT_FINITE", index=1):
             m.add_laser_shots(rig_model(), [[0, 0], [0, np.nan]], np.ones((2, 2)), np.ones((2, 2)))
+
+
+class Lines(TestCase):
+    def seen(self, n=40, noise=0.2):
+        """n lines by two points, and the noisy ends of segments that other points of them end."""
+        truth, rng = camera(), np.random.default_rng(3)
+        xyz = room_points(2 * n).reshape(n, 2, 3)
+        a, b = xyz[:, :1], xyz[:, 1:]
+        shown = np.concatenate([a + 0.1 * (b - a), a + 0.7 * (b - a)], axis=1)
+        uv = project(truth, shown.reshape(-1, 3)).reshape(n, 2, 2)
+        return truth, xyz, uv + rng.normal(0, noise, uv.shape)
+
+    def test_a_camera_from_lines(self):
+        truth, xyz, uv = self.seen(200)
+        by_points, directed = (ptzcal.Correspondences(*truth.size) for _ in range(2))
+        by_points.add_lines(xyz, uv)
+        directed.add_lines(np.stack([xyz[:, 1], xyz[:, 0] - xyz[:, 1]], axis=1), uv, directed=True)
+        results = [ptzcal.calibrate_camera(m) for m in (by_points, directed)]
+        for result in results:
+            error = result.camera.centre - truth.centre
+            self.assertTrue((np.abs(error) < 5 * result.standard_deviations[-3:]).all())
+            self.assertClose(result.noise_factor, 0.2, atol=0.03)
+            self.assertEqual(result.residuals.shape, (200, 2))
+        self.assertClose(results[0].camera.centre, results[1].camera.centre, atol=1e-7)
+
+    def test_covariances_count(self):
+        truth, xyz, uv = self.seen(200)
+        of_points = np.tile(1e-4 * np.eye(3), (200, 2, 1, 1))
+        deviations = []
+        for covariance in (None, of_points):
+            m = ptzcal.Correspondences(*truth.size)
+            m.add_lines(xyz, uv, covariance=covariance, uv_covariance=0.04 * np.eye(2))
+            deviations.append(ptzcal.calibrate_camera(m).standard_deviations[-1])
+        self.assertGreater(deviations[1], 3 * deviations[0])
+        m.add_lines(
+            xyz.reshape(200, 2, 3),
+            uv,
+            directed=True,
+            covariance=np.zeros((200, 6, 6)),
+            uv_covariance=np.tile(np.eye(2), (200, 2, 1, 1)),
+        )
+        self.assertEqual(len(m), 400)
+
+    def test_wrong_lines(self):
+        m = ptzcal.Correspondences(800, 600)
+        _, xyz, uv = self.seen(3)
+        with self.assertRaisesRegex(ValueError, r"xyz must be of shape \(n, 2, 3\)"):
+            m.add_lines(xyz.reshape(3, 6), uv)
+        with self.assertRaisesRegex(ValueError, r"uv must be of shape \(3, 2, 2\)"):
+            m.add_lines(xyz, uv[:2])
+        with self.assertRaisesRegex(ValueError, r"covariance must be of shape \(3, 6, 6\)"):
+            m.add_lines(xyz, uv, directed=True, covariance=np.zeros((3, 2, 3, 3)))
+        with self.fails("INVALID_ARGUMENT"):
+            m.add_lines(np.zeros((3, 2, 3)), uv)
+        with self.fails("NOT_FINITE", index=1):
+            m.add_lines(xyz * [[[1]], [[np.nan]], [[1]]], uv)
+        m.add_lines([], [])
+        self.assertEqual(len(m), 0)
+
+
+class Uncertainty(TestCase):
+    def test_there_and_back(self):
+        truth = camera()
+        result = ptzcal.calibrate_camera(measured(truth, 100))
+        xyz, _ = visible(truth, 10)
+        uv, of_uv = result.project(xyz)
+        self.assertClose(uv, result.camera.project(xyz))
+        self.assertEqual(of_uv.shape, (10, 2, 2))
+        self.assertTrue((np.linalg.eigvalsh(of_uv) > 0).all())
+        _, wider = result.project(xyz, xyz_covariance=1e-4 * np.eye(3))
+        self.assertTrue((np.linalg.eigvalsh(wider - of_uv) > 1).all())
+        directions, of_rays = result.back_project(uv, uv_covariance=np.eye(2))
+        self.assertClose(directions, result.camera.back_project(uv))
+        self.assertEqual(of_rays.shape, (10, 6, 6))
+        self.assertClose(of_rays[4, :3, :3], result.covariance[-3:, -3:])
+        with self.fails("BEHIND_CAMERA", index=1):
+            result.project([[0, 0, 3], [0, 0, -9]])
+        with self.fails("INVALID_ARGUMENT"):
+            result.project(xyz, xyz_covariance=-np.eye(3))
+
+    def test_clicks_on_the_floor(self):
+        result = ptzcal.calibrate_camera(measured(camera(), 100))
+        uv = [[300, 500], [500, 550]]
+        xyz, exact = result.back_project_to_plane(uv, (0, 1, 0), 1.2)
+        _, noisy = result.back_project_to_plane(uv, (0, 1, 0), 1.2, uv_covariance=np.eye(2))
+        self.assertClose(xyz[:, 1], 1.2)
+        self.assertClose(result.camera.project(xyz), uv, atol=1e-8)
+        self.assertTrue((noisy[:, [0, 2], [0, 2]] > exact[:, [0, 2], [0, 2]]).all())
+        with self.fails("BEHIND_CAMERA", index=1):
+            result.back_project_to_plane([[300, 500], [300, -3000]], (0, 1, 0), 1.2)
+        with self.fails("INVALID_ARGUMENT"):
+            result.back_project_to_plane(uv, (0, 0, 0), 1.2)
 
 
 if __name__ == "__main__":

@@ -48,6 +48,20 @@ class Cameras(TestCase):
         a = (c.project([0.3, 0.2, 1.0]) - (400, 300)) / 800
         self.assertClose(a / (1 - 0.1 * (a @ a)), (0.3, 0.2), atol=1e-12)
 
+    def test_fisheye_model(self):
+        k = np.array([-0.01, 0.02, -0.015, 0.003])
+        c = ptzcal.Camera(800, 600, 300, 310, 400, 300, distortion_model="fisheye", distortion=k)
+        theta = np.radians([0, 1, 45, 89, 90, 100])
+        xyz = 3 * np.c_[0.6 * np.sin(theta), 0.8 * np.sin(theta), np.cos(theta)]
+        radius = theta * (1 + k @ theta ** np.array([[2], [4], [6], [8]]))
+        expected = np.c_[300 * 0.6 * radius + 400, 310 * 0.8 * radius + 300]
+        self.assertClose(c.project(xyz), expected, atol=1e-9)
+        self.assertClose(c.back_project(expected), xyz / 3, atol=1e-12)
+        with self.assertRaises(ptzcal.Error) as caught:
+            c.project([[0, 0, 1], [0, 0, -1]])
+        self.assertIs(caught.exception.status, ptzcal.Status.BEHIND_CAMERA)
+        self.assertEqual(caught.exception.index, 1)
+
     def test_from_matrix(self):
         c = camera(LENS)
         same = ptzcal.Camera.from_matrix(c.K, c.size, LENS, c.R, c.t)
@@ -110,7 +124,7 @@ class Cameras(TestCase):
         with self.assertRaises(ValueError):
             dataclasses.replace(camera(), distortion=np.ones(9))
         with self.assertRaisesRegex(ValueError, "brown_conrady"):
-            dataclasses.replace(camera(), distortion_model="fisheye")
+            dataclasses.replace(camera(), distortion_model="spherical")
 
     def test_immutable(self):
         c = camera()

@@ -1,0 +1,218 @@
+//! Which column of the normal equations is which unknown, and the state that steps move.
+
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use super::problem::{Adjustment, CameraSetup, camera_name, compact_rows, rig_name, spread, station_name};
+use crate::calibrate::CalibrationOptions;
+use crate::calibrate::freedom::{self, Freedom};
+use crate::error::Result;
+use crate::geometry::rigid::{exp, log, nearest_rotation};
+use crate::geometry::{Camera, RIG_PARAMETERS, RigModel, Rigid};
+
+/// The unknowns' values at one iteration.
+#[derive(Debug, Clone)]
+pub(super) struct State {
+    pub rig: RigModel,
+    pub stations: Vec<Rigid>,
+    pub cameras: Vec<Camera>,
+    /// Per shot: inverse depth, and the head's true angles beyond those of the readings.
+    pub locals: Vec<[f64; 3]>,
+}
+
+/// Unknowns of one camera.
+#[derive(Debug, Clone)]
+pub(super) struct CameraColumns {
+    pub first: usize,
+    pub freedom: Freedom,
+}
+
+/// A prior on some columns: x ~ N(mean, information^-1).
+#[derive(Debug, Clone)]
+pub(super) struct ColumnPrior {
+    pub columns: Vec<usize>,
+    pub information: DMatrix<f64>,
+    pub group: Group,
+    /// Parameters of the group, one for each column.
+    parameters: Vec<usize>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Group {
+    Rig,
+    Station(usize),
+    Camera(usize),
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Layout {
+    /// The rig's free parameters, from column 0.
+    pub rig: Vec<usize>,
+    /// Per station its first column and its free parameters.
+    pub stations: Vec<(usize, Vec<usize>)>,
+    pub cameras: Vec<CameraColumns>,
+    pub priors: Vec<ColumnPrior>,
+    pub count: usize,
+}
+
+impl Layout {
+    pub fn of(input: &Adjustment) -> Result<Self> {
+        let belief = input.rig_prior().belief(rig_name)?;
+        let rig: Vec<usize> = (0..RIG_PARAMETERS).filter(|i| belief.free[*i]).collect();
+        let mut layout = Self { count: rig.len(), rig, stations: Vec::new(), cameras: Vec::new(), priors: Vec::new() };
+        let columns: Vec<usize> = belief.held.iter().filter_map(|p| layout.rig.iter().position(|r| r == p)).collect();
+        layout.add_prior(Group::Rig, &belief.held, columns, &belief.information);
+        for (index, station) in input.stations().iter().enumerate() {
+            let belief = station.prior.belief(|i| station_name(index, i))?;
+            let free: Vec<usize> = (0..6).filter(|i| belief.free[*i]).collect();
+            let first = layout.count;
+            layout.count += free.len();
+            let columns: Vec<usize> =
+                belief.held.iter().filter_map(|p| free.iter().position(|f| f == p)).map(|c| first + c).collect();
+            layout.add_prior(Group::Station(index), &belief.held, columns, &belief.information);
+            layout.stations.push((first, free));
+        }
+        for (index, setup) in input.cameras().iter().enumerate() {
+            layout.add_camera(index, setup)?;
+        }
+        Ok(layout)
+    }
+
+    fn add_camera(&mut self, index: usize, setup: &CameraSetup) -> Result<()> {
+        let mut freedom = Freedom::of(&options(setup));
+        let first = self.count;
+        let mut held = None;
+        if let Some((camera, prior)) = &setup.prior {
+            let coefficients = camera.distortion.coefficients().len();
+            let belief = prior.belief(|i| camera_name(index, i, coefficients))?;
+            let rows = compact_rows(coefficients);
+            let fixed: Vec<usize> = rows.iter().zip(&belief.free).filter(|(_, f)| !**f).map(|(r, _)| *r).collect();
+            freedom.unknowns.retain(|u| !fixed.contains(&u.parameter));
+            let parameters: Vec<usize> = belief.held.iter().map(|h| rows[*h]).collect();
+            held = Some((parameters, spread(&belief.information, coefficients)));
+        }
+        self.count += freedom.count();
+        if let Some((parameters, information)) = held {
+            let place = |p: &usize| freedom.unknowns.iter().position(|u| u.parameter == *p);
+            let (parameters, columns): (Vec<usize>, Vec<usize>) =
+                parameters.iter().filter_map(|p| Some((*p, first + place(p)?))).unzip();
+            self.add_prior(Group::Camera(index), &parameters, columns, &information);
+        }
+        self.cameras.push(CameraColumns { first, freedom });
+        Ok(())
+    }
+
+    fn add_prior(&mut self, group: Group, parameters: &[usize], columns: Vec<usize>, all: &DMatrix<f64>) {
+        if columns.is_empty() {
+            return;
+        }
+        let n = parameters.len();
+        let information = DMatrix::from_fn(n, n, |i, j| all[(parameters[i], parameters[j])]);
+        self.priors.push(ColumnPrior { columns, information, group, parameters: parameters.to_vec() });
+    }
+
+    /// Names of all columns.
+    pub fn names(&self, state: &State) -> Vec<String> {
+        let mut names: Vec<String> = self.rig.iter().map(|i| rig_name(*i)).collect();
+        for (index, (_, free)) in self.stations.iter().enumerate() {
+            names.extend(free.iter().map(|i| station_name(index, *i)));
+        }
+        for (index, columns) in self.cameras.iter().enumerate() {
+            let coefficients = state.cameras[index].distortion.coefficients().len();
+            let compact = compact_rows(coefficients);
+            names.extend(columns.freedom.unknowns.iter().map(|u| {
+                let i = compact.iter().position(|r| *r == u.parameter).unwrap_or(0);
+                if u.tied.is_some() {
+                    format!("camera {index} focal length")
+                } else {
+                    camera_name(index, i, coefficients)
+                }
+            }));
+        }
+        names
+    }
+}
+
+/// The options of a calibration of this camera alone.
+pub(super) fn options(setup: &CameraSetup) -> CalibrationOptions {
+    CalibrationOptions {
+        distortion: setup.distortion,
+        fixed_lens: setup.fixed_lens,
+        skew_sigma: setup.skew_sigma,
+        aspect_sigma: setup.aspect_sigma,
+        ..CalibrationOptions::default()
+    }
+}
+
+impl ColumnPrior {
+    /// Values minus the prior's mean.
+    pub fn offset(&self, input: &Adjustment, state: &State) -> DVector<f64> {
+        let all: Vec<f64> = match self.group {
+            Group::Rig => {
+                let (now, mean) = (state.rig.parameters(), input.rig().parameters());
+                now.iter().zip(&mean).map(|(a, b)| a - b).collect()
+            }
+            Group::Station(i) => {
+                let mean = input.stations()[i].pose.unwrap_or_default();
+                let now = &state.stations[i];
+                let turn = log(&(now.rotation * mean.rotation.transpose()));
+                turn.iter().copied().chain((now.translation - mean.translation).iter().copied()).collect()
+            }
+            Group::Camera(i) => input.cameras()[i].prior.as_ref().map_or_else(Vec::new, |(mean, _)| {
+                let now = &state.cameras[i];
+                let (a, b) = (freedom::parameters(now), freedom::parameters(mean));
+                let mut all: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
+                let turn = log(&(now.pose.rotation * mean.pose.rotation.transpose()));
+                all[freedom::ROTATION..freedom::CENTRE].copy_from_slice(turn.as_slice());
+                all[freedom::CENTRE..].copy_from_slice((now.centre() - mean.centre()).as_slice());
+                all
+            }),
+        };
+        DVector::from_iterator(self.parameters.len(), self.parameters.iter().map(|p| all[*p]))
+    }
+}
+
+impl State {
+    /// The state after a step of the columns; locals are left to the caller. `None` when it leaves
+    /// what can be.
+    pub fn moved(&self, layout: &Layout, step: &[f64]) -> Option<Self> {
+        let mut by_rig = [0.0; RIG_PARAMETERS];
+        for (i, s) in layout.rig.iter().zip(step) {
+            by_rig[*i] = *s;
+        }
+        let rig = self.rig.moved(&by_rig);
+        // An absurd focal length or a scale through zero is no step to take.
+        let e = &rig.encoders;
+        if by_rig[4].abs() > 1.0
+            || e.pan_scale * self.rig.encoders.pan_scale <= 0.0
+            || e.tilt_scale * self.rig.encoders.tilt_scale <= 0.0
+        {
+            return None;
+        }
+        let mut stations = self.stations.clone();
+        for (station, (first, free)) in stations.iter_mut().zip(&layout.stations) {
+            if free.is_empty() {
+                continue;
+            }
+            let mut change = [0.0; 6];
+            for (k, i) in free.iter().enumerate() {
+                change[*i] = step[first + k];
+            }
+            let turn = Vector3::from_column_slice(&change[..3]);
+            if turn.norm() > 1.5 {
+                return None;
+            }
+            station.rotation = nearest_rotation(&(exp(&turn) * station.rotation))?;
+            station.translation += Vector3::from_column_slice(&change[3..]);
+        }
+        let cameras = self
+            .cameras
+            .iter()
+            .zip(&layout.cameras)
+            .map(|(camera, c)| {
+                let own = &step[c.first..c.first + c.freedom.count()];
+                if own.is_empty() { Some(*camera) } else { freedom::moved(camera, &c.freedom, own) }
+            })
+            .collect::<Option<Vec<_>>>()?;
+        Some(Self { rig, stations, cameras, locals: self.locals.clone() })
+    }
+}

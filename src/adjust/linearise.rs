@@ -1,0 +1,420 @@
+//! The normal equations of all shots at one state, each shot's own unknowns eliminated.
+
+use std::collections::BTreeMap;
+
+use faer::Mat;
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+
+use super::eliminate::{Eliminated, Own};
+use super::gram::Gram;
+use super::layout::{Layout, State};
+use super::problem::{AdjustOptions, Adjustment};
+use crate::calibrate::freedom::{ALL, full_jacobian};
+use crate::error::{Error, Result};
+use crate::geometry::RIG_PARAMETERS;
+
+/// Rig and station: what a shot's ray depends on.
+const COMMON: usize = RIG_PARAMETERS + 6;
+/// A row of a camera's equations: ray, camera, right-hand side.
+pub(super) const ROW: usize = COMMON + ALL + 1;
+
+/// One spot of one shot.
+#[derive(Clone)]
+pub(super) struct View {
+    /// `None`: the head camera.
+    pub camera: Option<usize>,
+    pub pixel: Vector2<f64>,
+    /// L^-1 with L L^T the covariance of the pixel.
+    pub whitening: Matrix2<f64>,
+}
+
+/// All measurements in the order in which they are worked through.
+pub(super) struct Problem<'a> {
+    pub input: &'a Adjustment,
+    pub layout: &'a Layout,
+    /// Of shot i: views[spans[i]..spans[i + 1]].
+    pub views: Vec<View>,
+    pub spans: Vec<usize>,
+    /// 1 / variance of a move's pan and tilt; zero: exact.
+    pointing: [f64; 2],
+    pub huber: f64,
+    /// Per camera the unit of its soft priors on skew and aspect, px: the first focal length, so that
+    /// they stay linear.
+    focals: Vec<f64>,
+    batches: Vec<Batch>,
+    /// Gram matrices: one for each station's head, then one for each pair of station and camera.
+    pairs: BTreeMap<(usize, usize), usize>,
+}
+
+/// Shots from one station seen by the same cameras: they touch the same columns.
+struct Batch {
+    station: usize,
+    shots: Vec<usize>,
+    columns: Vec<usize>,
+    /// For each camera its place in `columns`.
+    places: BTreeMap<usize, usize>,
+}
+
+pub(super) struct System {
+    /// Lower triangle.
+    pub h: Mat<f64>,
+    pub g: Vec<f64>,
+    /// Data under the robust loss, and priors.
+    pub cost: f64,
+    /// Sum of squared whitened residuals of used views, with the locals' priors.
+    pub chi2: f64,
+    pub eliminated: Vec<Eliminated>,
+}
+
+/// A shot's homogeneous point X = xyz; rho in the world, with derivatives.
+pub(super) struct ShotPoint {
+    pub xyz: Vector3<f64>,
+    /// By the free rig parameters, then the station's.
+    pub by_common: [Vector3<f64>; COMMON],
+    pub common: usize,
+    /// By inverse depth (weight: 1), pan, tilt (weight: 0).
+    pub by_local: [Vector3<f64>; 3],
+}
+
+impl<'a> Problem<'a> {
+    pub fn new(input: &'a Adjustment, layout: &'a Layout, start: &State, options: &AdjustOptions) -> Result<Self> {
+        let mut views = Vec::new();
+        let mut spans = vec![0];
+        let mut groups: BTreeMap<(usize, Vec<usize>), Vec<usize>> = BTreeMap::new();
+        let mut pairs = BTreeMap::new();
+        for (index, shot) in input.shots().iter().enumerate() {
+            let head = shot.head.iter().map(|(pixel, covariance)| (None, pixel, covariance));
+            let fixed = shot.sightings.iter().map(|s| (Some(s.camera), &s.pixel, &s.covariance));
+            for (camera, pixel, covariance) in head.chain(fixed) {
+                let whitening = whitening(covariance)
+                    .ok_or_else(|| Error::invalid("covariance", format!("of shot {index} is singular")))?;
+                views.push(View { camera, pixel: *pixel, whitening });
+            }
+            spans.push(views.len());
+            let mut cameras: Vec<usize> = shot.sightings.iter().map(|s| s.camera).collect();
+            cameras.sort_unstable();
+            for camera in &cameras {
+                pairs.insert((shot.station, *camera), 0);
+            }
+            groups.entry((shot.station, cameras)).or_default().push(index);
+        }
+        for (k, place) in pairs.values_mut().enumerate() {
+            *place = input.stations().len() + k;
+        }
+        let batches = groups
+            .into_iter()
+            .map(|((station, cameras), shots)| {
+                let (columns, places) = batch_columns(layout, station, cameras.into_iter());
+                Batch { station, shots, columns, places }
+            })
+            .collect();
+        let information = |sigma: f64| if sigma > 0.0 { 1.0 / (sigma * sigma) } else { 0.0 };
+        let pointing = options.pointing_sigma.map(information);
+        let focals = start.cameras.iter().map(|c| c.intrinsics.fx).collect();
+        Ok(Self { input, layout, views, spans, pointing, huber: options.huber, focals, batches, pairs })
+    }
+
+    /// Number of a shot's own unknowns.
+    pub fn local_count(&self) -> usize {
+        if self.pointing == [0.0; 2] { 1 } else { 3 }
+    }
+
+    pub fn columns_of(&self, batch: usize) -> &[usize] {
+        &self.batches[batch].columns
+    }
+
+    pub fn span(&self, shot: usize) -> std::ops::Range<usize> {
+        self.spans[shot]..self.spans[shot + 1]
+    }
+
+    /// The shot's point at a state.
+    pub fn point(&self, state: &State, shot: usize) -> ShotPoint {
+        point(self.input, self.layout, state, shot)
+    }
+
+    pub fn batch_count(&self) -> usize {
+        self.batches.len()
+    }
+
+    /// The beliefs about a move's pan and tilt, in the rows of a shot's own unknowns.
+    pub fn pointing_matrix(&self) -> Matrix3<f64> {
+        let held = |k| if self.local_count() == 3 { self.pointing_information(k) } else { 1.0 };
+        Matrix3::from_diagonal(&Vector3::new(0.0, held(0), held(1)))
+    }
+
+    /// The same measurements with other unknowns.
+    pub fn with_layout<'b>(&'b self, layout: &'b Layout) -> Problem<'b> {
+        let batch = |b: &Batch| {
+            let (columns, places) = batch_columns(layout, b.station, b.places.keys().copied());
+            Batch { station: b.station, shots: b.shots.clone(), columns, places }
+        };
+        Problem {
+            input: self.input,
+            layout,
+            views: self.views.clone(),
+            spans: self.spans.clone(),
+            pointing: self.pointing,
+            huber: self.huber,
+            focals: self.focals.clone(),
+            batches: self.batches.iter().map(batch).collect(),
+            pairs: self.pairs.clone(),
+        }
+    }
+
+    /// `None` when a used spot cannot be predicted at this state.
+    pub fn linearise(&self, state: &State, used: &[bool]) -> Option<System> {
+        let n = self.layout.count;
+        let mut h = Mat::<f64>::zeros(n, n);
+        let mut g = vec![0.0; n];
+        let (mut cost, mut chi2) = (0.0, 0.0);
+        let locals = self.local_count();
+        let rig = self.layout.rig.len();
+        let mut grams: Vec<Gram> = (0..self.input.stations().len()).map(|_| Gram::new(rig + 1)).collect();
+        let width = |(station, camera): &(usize, usize)| {
+            rig + self.layout.stations[*station].1.len() + self.layout.cameras[*camera].freedom.count() + 1
+        };
+        grams.extend(self.pairs.keys().map(|pair| Gram::new(width(pair))));
+        let mut eliminated: Vec<Eliminated> = (0..self.input.shots().len()).map(|_| Eliminated::default()).collect();
+        for (b, batch) in self.batches.iter().enumerate() {
+            let w = batch.columns.len();
+            let mut couplings = Gram::new(w + 1);
+            for &shot in &batch.shots {
+                let mut own = Own::new(locals, w);
+                let point = self.point(state, shot);
+                let mut any = false;
+                for v in self.span(shot).filter(|v| used[*v]) {
+                    any = true;
+                    let view = &self.views[v];
+                    let mut rows = [[0.0; ROW]; 2];
+                    let (squared, weight) = match view.camera {
+                        None => {
+                            let residual = self.head_rows(state, shot, view, &mut rows, &mut own)?;
+                            let k = &mut grams[batch.station];
+                            rows.iter().for_each(|r| k.row().copy_from_slice(&r[..=rig]));
+                            residual
+                        }
+                        Some(camera) => {
+                            let place = *batch.places.get(&camera)?;
+                            let residual = self.camera_rows(state, shot, view, &point, &mut rows, &mut own, place)?;
+                            let pair = *self.pairs.get(&(batch.station, camera))?;
+                            let used = point.common + self.layout.cameras[camera].freedom.count() + 1;
+                            rows.iter().for_each(|r| grams[pair].row().copy_from_slice(&r[..used]));
+                            residual
+                        }
+                    };
+                    chi2 += squared;
+                    cost += if weight < 1.0 { self.huber * (2.0 * squared.sqrt() - self.huber) } else { squared };
+                }
+                if !any {
+                    continue;
+                }
+                if locals == 3 {
+                    for k in 0..2 {
+                        let (angle, information) = (state.locals[shot][k + 1], self.pointing_information(k));
+                        own.information[k + 1][k + 1] += information;
+                        own.gradient[k + 1] -= angle * information;
+                        chi2 += angle * angle * information;
+                        cost += angle * angle * information;
+                    }
+                }
+                eliminated[shot] = own.eliminate(&mut couplings, b)?;
+            }
+            let sum = couplings.finish();
+            for (i, &ci) in batch.columns.iter().enumerate() {
+                for (j, &cj) in batch.columns.iter().enumerate().take(i + 1) {
+                    h[(ci.max(cj), ci.min(cj))] -= sum[(i, j)];
+                }
+                g[ci] -= sum[(w, i)];
+            }
+        }
+        for (station, gram) in grams.iter_mut().take(self.input.stations().len()).enumerate() {
+            let columns = self.layout.common_columns(station);
+            add(&mut h, &mut g, gram, &columns[..rig]);
+        }
+        for ((station, camera), place) in &self.pairs {
+            let mut columns = self.layout.common_columns(*station);
+            columns.extend(self.layout.camera_columns(*camera));
+            add(&mut h, &mut g, &mut grams[*place], &columns);
+        }
+        self.add_priors(state, &mut h, &mut g, &mut cost);
+        cost.is_finite().then_some(System { h, g, cost, chi2, eliminated })
+    }
+
+    /// An exact angle among a shot's unknowns (only the other one is noisy) is held by a belief far
+    /// tighter than any head.
+    fn pointing_information(&self, axis: usize) -> f64 {
+        if self.pointing[axis] > 0.0 { self.pointing[axis] } else { 1e24 }
+    }
+
+    /// Whitened rows of the head camera: over the rig's free parameters, then the right-hand side.
+    /// Returns the squared residual and its robust weight.
+    fn head_rows(
+        &self,
+        state: &State,
+        shot: usize,
+        view: &View,
+        rows: &mut [[f64; ROW]; 2],
+        own: &mut Own,
+    ) -> Option<(f64, f64)> {
+        let spot = state.rig.spot_image(state.locals[shot][0])?;
+        let (residual, squared, weight, w) = self.weigh(view, &spot.pixel);
+        for (k, &i) in self.layout.rig.iter().enumerate() {
+            let d = w * spot.by[i];
+            (rows[0][k], rows[1][k]) = (d.x, d.y);
+        }
+        let rig = self.layout.rig.len();
+        (rows[0][rig], rows[1][rig]) = (residual.x, residual.y);
+        let by_rho = w * spot.by_rho;
+        own.add(&[by_rho, Vector2::zeros(), Vector2::zeros()], &residual, rows, &[(0, 0, rig)]);
+        Some((squared, weight))
+    }
+
+    /// Whitened rows of a fixed camera: over the ray's columns, the camera's, then the right-hand side.
+    #[allow(clippy::too_many_arguments)]
+    fn camera_rows(
+        &self,
+        state: &State,
+        shot: usize,
+        view: &View,
+        point: &ShotPoint,
+        rows: &mut [[f64; ROW]; 2],
+        own: &mut Own,
+        place: usize,
+    ) -> Option<(f64, f64)> {
+        let camera = view.camera?;
+        let p = state.cameras[camera].project_homogeneous(&point.xyz, state.locals[shot][0])?;
+        let (residual, squared, weight, w) = self.weigh(view, &p.pixel);
+        let by_point = w * p.by_point;
+        for (k, by) in point.by_common.iter().enumerate().take(point.common) {
+            let d = by_point * by;
+            (rows[0][k], rows[1][k]) = (d.x, d.y);
+        }
+        let unknowns = &self.layout.cameras[camera].freedom.unknowns;
+        if !unknowns.is_empty() {
+            let full = full_jacobian(&p);
+            for (k, unknown) in unknowns.iter().enumerate() {
+                let d = w * unknown.derivative(&full);
+                (rows[0][point.common + k], rows[1][point.common + k]) = (d.x, d.y);
+            }
+        }
+        let last = point.common + unknowns.len();
+        (rows[0][last], rows[1][last]) = (residual.x, residual.y);
+        let mut by_local = point.by_local.map(|by| by_point * by);
+        by_local[0] += w * p.by_weight;
+        own.add(&by_local, &residual, rows, &[(0, 0, point.common), (point.common, place, unknowns.len())]);
+        Some((squared, weight))
+    }
+
+    /// Whitened and weighted residual, squared length before weighting, weight, whitening with weight.
+    fn weigh(&self, view: &View, predicted: &Vector2<f64>) -> (Vector2<f64>, f64, f64, Matrix2<f64>) {
+        let residual = view.whitening * (view.pixel - predicted);
+        let squared = residual.norm_squared();
+        let weight = if squared > self.huber * self.huber { self.huber / squared.sqrt() } else { 1.0 };
+        let root = weight.sqrt();
+        (residual * root, squared, weight, view.whitening * root)
+    }
+
+    fn add_priors(&self, state: &State, h: &mut Mat<f64>, g: &mut [f64], cost: &mut f64) {
+        for prior in &self.layout.priors {
+            let offset = prior.offset(self.input, state);
+            let pull = &prior.information * &offset;
+            *cost += offset.dot(&pull);
+            for (i, &ci) in prior.columns.iter().enumerate() {
+                g[ci] -= pull[i];
+                for (j, &cj) in prior.columns.iter().enumerate().take(i + 1) {
+                    h[(ci.max(cj), ci.min(cj))] += prior.information[(i, j)];
+                }
+            }
+        }
+        for ((camera, c), focal) in state.cameras.iter().zip(&self.layout.cameras).zip(&self.focals) {
+            let now = crate::calibrate::freedom::parameters(camera);
+            for prior in &c.freedom.priors {
+                let value: f64 = prior.iter().zip(&now).map(|(a, b)| a * b).sum::<f64>() / focal;
+                *cost += value * value;
+                let row: Vec<f64> = c.freedom.unknowns.iter().map(|u| u.derivative(prior) / focal).collect();
+                for (i, a) in row.iter().enumerate() {
+                    g[c.first + i] -= a * value;
+                    for (j, b) in row.iter().enumerate().take(i + 1) {
+                        h[(c.first + i, c.first + j)] += a * b;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A shot's point at a state, with its derivatives.
+pub(super) fn point(input: &Adjustment, layout: &Layout, state: &State, shot: usize) -> ShotPoint {
+    let s = &input.shots()[shot];
+    let [rho, pan, tilt] = state.locals[shot];
+    let ray = state.rig.laser_ray(s.pan, s.tilt, [pan, tilt]);
+    let station = &state.stations[s.station];
+    let q = &station.rotation;
+    let arm = q * (ray.direction + ray.origin * rho);
+    let mut by_common = [Vector3::zeros(); COMMON];
+    let mut common = 0;
+    for &i in &layout.rig {
+        by_common[common] = q * (ray.direction_by[i] + ray.origin_by[i] * rho);
+        common += 1;
+    }
+    for &i in &layout.stations[s.station].1 {
+        by_common[common] = if i < 3 { Vector3::ith(i, 1.0).cross(&arm) } else { Vector3::ith(i - 3, rho) };
+        common += 1;
+    }
+    let origin = q * ray.origin + station.translation;
+    let turned = |by: &[Vector3<f64>; 2]| q * (by[1] + by[0] * rho);
+    ShotPoint {
+        xyz: arm + station.translation * rho,
+        by_common,
+        common,
+        by_local: [origin, turned(&ray.by_pan), turned(&ray.by_tilt)],
+    }
+}
+
+/// The columns that shots from a station to these cameras touch, and where each camera's begin.
+fn batch_columns(
+    layout: &Layout,
+    station: usize,
+    cameras: impl Iterator<Item = usize>,
+) -> (Vec<usize>, BTreeMap<usize, usize>) {
+    let mut columns = layout.common_columns(station);
+    let mut places = BTreeMap::new();
+    for camera in cameras {
+        places.insert(camera, columns.len());
+        columns.extend(layout.camera_columns(camera));
+    }
+    (columns, places)
+}
+
+impl Layout {
+    /// Columns that the ray of a shot from this station depends on.
+    pub fn common_columns(&self, station: usize) -> Vec<usize> {
+        let (first, free) = &self.stations[station];
+        (0..self.rig.len()).chain(*first..first + free.len()).collect()
+    }
+
+    pub fn camera_columns(&self, camera: usize) -> std::ops::Range<usize> {
+        let c = &self.cameras[camera];
+        c.first..c.first + c.freedom.count()
+    }
+}
+
+/// Adds a Gram matrix with its right-hand side as last column.
+fn add(h: &mut Mat<f64>, g: &mut [f64], gram: &mut Gram, columns: &[usize]) {
+    let sum = gram.finish();
+    let w = columns.len();
+    for (i, &ci) in columns.iter().enumerate() {
+        for (j, &cj) in columns.iter().enumerate().take(i + 1) {
+            h[(ci.max(cj), ci.min(cj))] += sum[(i, j)];
+        }
+        g[ci] += sum[(w, i)];
+    }
+}
+
+fn whitening(c: &Matrix2<f64>) -> Option<Matrix2<f64>> {
+    let l11 = c.m11.sqrt();
+    let l21 = c.m21 / l11;
+    let l22 = (c.m22 - l21 * l21).sqrt();
+    let w = Matrix2::new(1.0 / l11, 0.0, -l21 / (l11 * l22), 1.0 / l22);
+    w.iter().all(|v| v.is_finite()).then_some(w)
+}

@@ -1,0 +1,26 @@
+//! Joint maximum-likelihood adjustment of a laser rig with the fixed cameras that watched it
+//! (docs/maths.md section 9.3): laser line, head intrinsics, axis offsets and encoders of the rig, its
+//! pose at every station, and every camera's intrinsics, lens and pose, from all shots at once.
+//!
+//! Each shot has an unknown inverse depth, and where the head's pointing is noisy two unknown
+//! angles, which a Schur complement eliminates; each group of parameters has a Gaussian prior.
+
+mod adjusted;
+mod check;
+mod eliminate;
+mod gram;
+mod layout;
+mod linearise;
+mod outliers;
+mod prior;
+mod problem;
+mod solve;
+mod start;
+mod weakness;
+
+pub use adjusted::Adjusted;
+pub use check::{FitCheck, Suspect};
+pub use prior::Prior;
+pub use problem::{AdjustOptions, Adjustment, CameraSetup, Shot, Sighting, Station};
+pub use solve::adjust;
+pub use weakness::Weakness;
