@@ -82,7 +82,7 @@ def chessboard(width: int, height: int, turn, columns: int = 14, rows: int = 10,
     R = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
     R = R @ np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
     R = R @ np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
-    f, place = 0.9 * width, np.array([0.0, 0.0, 1.35 * (columns + 1)])
+    f, place = 0.9 * width, np.array([0.0, 0.0, 1.7 * (columns + 1)])
     H = np.diag([f, f, 1.0]) @ np.c_[R[:, :2], place]
     H = np.array([[1, 0, width / 2], [0, 1, height / 2], [0, 0, 1]]) @ H
     # From squares, counted from the board's corner; from there to the middles of a pixel's thirds.

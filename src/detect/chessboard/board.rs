@@ -61,7 +61,7 @@ impl Board {
 
     /// Whether the square between a corner, the next in its row and the next in its column is bright.
     pub fn is_bright(&self, index: usize) -> bool {
-        self.first_is_bright == ((index / self.columns + index % self.columns) % 2 == 0)
+        self.first_is_bright == (index / self.columns + index % self.columns).is_multiple_of(2)
     }
 
     /// To the next corner along row and column, by what is there; along a row or column beside it where

@@ -163,15 +163,15 @@ impl Window {
         let [u, v] = start.steps;
         let area = u[0] * v[1] - u[1] * v[0];
         let [cx, cy] = start.position;
+        if area.is_nan() || area < 1.0 {
+            return None;
+        }
         // Distances between parallel edges, and how much of them is free.
         let free = |side: [f64; 2]| {
             let distance = area / side[0].hypot(side[1]);
             (1.0 - EDGE_BLURS * start.blur / distance).max(0.5)
         };
         let [free_u, free_v] = [free(v), free(u)];
-        if !(area > 1.0) {
-            return None;
-        }
         let [left, right] = [(cx - RADIUS).ceil(), (cx + RADIUS).floor()];
         let [top, bottom] = [(cy - RADIUS).ceil(), (cy + RADIUS).floor()];
         // A corner at the image's border has no whole window.

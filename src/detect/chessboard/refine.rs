@@ -17,6 +17,8 @@ const FINER: usize = 2;
 const MAX_MOVE: f64 = 0.3;
 /// Corners that were missed are sought this near to where the others want them, in steps.
 const MAX_MISS: f64 = 0.15;
+/// Rounds of seeking: holes wider than twice this are not worth the time.
+const MAX_FILLS: usize = 4;
 /// Least amplitude over the board's median: the rest is something else in the corner's place.
 const MIN_RELATIVE_AMPLITUDE: f64 = 0.15;
 /// Greatest share of a window's variance that is neither corner nor noise, and the same for a board's median.
@@ -44,30 +46,30 @@ impl Refined {
 /// `found` is the level where the board was found; its points are moved to where the corners were fitted.
 pub fn refine(pyramid: &Pyramid<'_>, found: usize, board: &mut Board) -> Refined {
     let profile = EdgeProfile::new();
-    let levels = pyramid.levels();
+    let at = |level: usize, blur: f64| Fitter { image: &pyramid.levels()[level], profile: &profile, blur };
     let seen = board.clone();
     let mut level = found.saturating_sub(FINER);
     *board = moved(&seen, found, level);
-    let mut fits = fit_all(&levels[level], board, FIRST_BLUR, &profile);
+    let mut fits = at(level, FIRST_BLUR).all(board);
     while level < found && (typical_blur(&fits) > MAX_BLUR || 2 * count(&fits) < seen.count()) {
         level += 1;
         *board = moved(&seen, found, level);
-        fits = fit_all(&levels[level], board, FIRST_BLUR, &profile);
+        fits = at(level, FIRST_BLUR).all(board);
     }
     while level > 0 && level + FINER <= found && typical_blur(&fits) < MIN_BLUR {
         settle(board, &fits);
         *board = moved(board, level, level - 1);
         level -= 1;
-        fits = fit_all(&levels[level], board, FIRST_BLUR, &profile);
+        fits = at(level, FIRST_BLUR).all(board);
     }
     let mut blur = typical_blur(&fits);
     if blur > SURPRISING_BLUR {
-        fits = fit_all(&levels[level], board, blur, &profile);
+        fits = at(level, blur).all(board);
         blur = typical_blur(&fits);
     }
     settle(board, &fits);
-    fill(&levels[level], board, &mut fits, blur, &profile);
-    judge(&mut fits, noise_variance(&levels[level]));
+    at(level, blur).fill(board, &mut fits);
+    judge(&mut fits, noise_variance(&pyramid.levels()[level]));
     settle(board, &fits);
     Refined { level, fits }
 }
@@ -77,9 +79,9 @@ pub fn refine(pyramid: &Pyramid<'_>, found: usize, board: &mut Board) -> Refined
 pub fn larger(pyramid: &Pyramid<'_>, board: &Board, refined: &Refined) -> Option<[usize; 2]> {
     let image = &pyramid.levels()[refined.level];
     let profile = EdgeProfile::new();
+    let fitter = Fitter { image, profile: &profile, blur: typical_blur(&refined.fits) };
     let amplitude = median(refined.fits.iter().flatten().map(|f| f.amplitude))?;
     let noise = noise_variance(image);
-    let blur = typical_blur(&refined.fits);
     let (columns, rows) = (board.columns as isize, board.rows as isize);
     let mut size = [board.columns, board.rows];
     let sides: [([isize; 2], [isize; 2]); 4] =
@@ -93,7 +95,7 @@ pub fn larger(pyramid: &Pyramid<'_>, board: &Board, refined: &Refined) -> Option
             Some(((j * columns + i) as usize, [0, 1].map(|k| 2.0 * here[k] - inside[k])))
         });
         let there = spread.take(3).filter(|(index, position)| {
-            let fit = fit_one(image, board, *index, *position, !board.is_bright(*index), blur, MAX_MISS, &profile);
+            let fit = fitter.one(board, *index, *position, !board.is_bright(*index), MAX_MISS);
             fit.is_some_and(|f| misfit(&f, noise) < MAX_MISFIT && f.amplitude > MIN_ALIKE * amplitude)
         });
         size[(di == 0) as usize] += (there.count() >= 2) as usize;
@@ -124,50 +126,49 @@ fn moved(board: &Board, from: usize, to: usize) -> Board {
     board
 }
 
-fn fit_all(image: &Grey<'_>, board: &Board, blur: f64, profile: &EdgeProfile) -> Vec<Option<CornerFit>> {
-    let fit = |(index, point): (usize, &Option<[f64; 2]>)| {
-        fit_one(image, board, index, (*point)?, board.is_bright(index), blur, MAX_MOVE, profile)
-    };
-    board.points.iter().enumerate().map(fit).collect()
-}
-
-fn fit_one(
-    image: &Grey<'_>,
-    board: &Board,
-    index: usize,
-    position: [f64; 2],
-    bright: bool,
-    blur: f64,
-    max_move: f64,
-    profile: &EdgeProfile,
-) -> Option<CornerFit> {
-    let steps = board.steps(index)?;
-    let fit = Start { position, steps, blur, bright }.fit(image, profile)?;
-    let moved = (fit.position[0] - position[0]).hypot(fit.position[1] - position[1]);
-    let step = steps.map(|s| s[0].hypot(s[1])).into_iter().fold(f64::INFINITY, f64::min);
-    (moved <= (max_move * step).max(1.0)).then_some(fit)
-}
-
 fn settle(board: &mut Board, fits: &[Option<CornerFit>]) {
     board.points.iter_mut().zip(fits).for_each(|(point, fit)| *point = fit.map(|f| f.position));
 }
 
-/// Seeks the corners that are missing where the others say they are, outwards from them.
-fn fill(image: &Grey<'_>, board: &mut Board, fits: &mut [Option<CornerFit>], blur: f64, profile: &EdgeProfile) {
-    for _ in 0..board.columns + board.rows {
-        let empty = (0..fits.len()).filter(|i| fits[*i].is_none());
-        let found: Vec<(usize, CornerFit)> = empty
-            .filter_map(|i| {
-                let position = board.predict(i)?;
-                Some((i, fit_one(image, board, i, position, board.is_bright(i), blur, MAX_MISS, profile)?))
-            })
-            .collect();
-        if found.is_empty() {
-            break;
-        }
-        for (i, fit) in found {
-            fits[i] = Some(fit);
-            board.points[i] = Some(fit.position);
+/// Fits corners of a board at one level.
+struct Fitter<'a> {
+    image: &'a Grey<'a>,
+    profile: &'a EdgeProfile,
+    blur: f64,
+}
+
+impl Fitter<'_> {
+    fn all(&self, board: &Board) -> Vec<Option<CornerFit>> {
+        let points = board.points.iter().enumerate();
+        points.map(|(i, p)| self.one(board, i, (*p)?, board.is_bright(i), MAX_MOVE)).collect()
+    }
+
+    /// A corner near `position`, with the steps of the board's corner `index`; `None` when it is farther
+    /// away than `max_move` steps.
+    fn one(&self, board: &Board, index: usize, position: [f64; 2], bright: bool, max_move: f64) -> Option<CornerFit> {
+        let steps = board.steps(index)?;
+        let fit = Start { position, steps, blur: self.blur, bright }.fit(self.image, self.profile)?;
+        let moved = (fit.position[0] - position[0]).hypot(fit.position[1] - position[1]);
+        let step = steps.map(|s| s[0].hypot(s[1])).into_iter().fold(f64::INFINITY, f64::min);
+        (moved <= (max_move * step).max(1.0)).then_some(fit)
+    }
+
+    /// Seeks the corners that are missing where the others say they are, outwards from them.
+    fn fill(&self, board: &mut Board, fits: &mut [Option<CornerFit>]) {
+        for _ in 0..MAX_FILLS {
+            let empty = (0..fits.len()).filter(|i| fits[*i].is_none());
+            let find = |i: usize| {
+                let fit = self.one(board, i, board.predict(i)?, board.is_bright(i), MAX_MISS)?;
+                Some((i, fit))
+            };
+            let found: Vec<(usize, CornerFit)> = empty.filter_map(find).collect();
+            if found.is_empty() {
+                break;
+            }
+            for (i, fit) in found {
+                fits[i] = Some(fit);
+                board.points[i] = Some(fit.position);
+            }
         }
     }
 }
