@@ -48,7 +48,8 @@
  *   the other knows. A library newer than your header fills in the initial value for what you do not
  *   have, and never touches memory past struct_size. A library older than your header refuses with
  *   PTZCAL_STATUS_UNSUPPORTED what it does not know, unless it is still 0 as _init left it.
- *   Options are handles with one setter for each setting, and grow by new functions.
+ *   Options are handles with one setter for each setting, and grow by new functions; those that are
+ *   nothing but numbers (ptzcal_adjust_options) are such a struct.
  *
  * ERRORS
  *   Every function that returns ptzcal_status may return, besides what its comment lists,
@@ -1573,6 +1574,17 @@ typedef struct ptzcal_calibration_summary {
   double noise_factor;
   /** Condition number of the normal equations, scaled to unit diagonal; 1 is perfect. */
   double condition;
+  /** Sum of squared residuals, each over its stated standard deviation, priors included. */
+  double chi2;
+  /** Its degrees of freedom. */
+  uint64_t degrees_of_freedom;
+  /**
+   * Chance of such residuals or larger ones when model and stated noise are right. Below 0.001 the
+   * model does not fit. Means nothing where the noise was estimated from the residuals.
+   */
+  double probability;
+  /** How many warnings there are: see ptzcal_calibration_warning. */
+  uint64_t warnings;
 } ptzcal_calibration_summary;
 
 /**
@@ -1714,6 +1726,41 @@ ptzcal_status ptzcal_calibration_copy_inliers(const ptzcal_calibration *calibrat
                                               size_t capacity,
                                               size_t *needed,
                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Calibrating a camera: does it fit?
+ *
+ * A chi-square test of the residuals (`probability` of the summary), a score test of what was kept
+ * fixed, and what the data determine worst, in words for a person.
+ * ============================================================================================= */
+
+/**
+ * What a person should know of the calibration, one line of English UTF-8: residuals beyond the stated
+ * noise, a lens or skew that was kept fixed and should not be. The wording may change in any version;
+ * decide by the number of warnings and by the summary's `probability`.
+ *
+ * @param calibration The calibration; may be NULL.
+ * @param index       From 0 to the summary's `warnings` less 1.
+ * @return A string that lives as long as the calibration; "" when there is no such warning; never
+ *         NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_calibration_warning(const ptzcal_calibration *calibration,
+                                       size_t index) PTZCAL_NOEXCEPT;
+
+/**
+ * What the data determine worst, and what to add, one line of English UTF-8, such as "weakest: camera
+ * focal length against camera position: add shots much nearer or farther".
+ *
+ * @param calibration The calibration; may be NULL.
+ * @return A string that lives as long as the calibration; "" for NULL; never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_calibration_weakest(const ptzcal_calibration *calibration) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
  * Projection with uncertainty
@@ -3876,6 +3923,761 @@ ptzcal_status ptzcal_roof_edges_add_plane_scan(ptzcal_roof_edges *edges,
                                                const ptzcal_region *region,
                                                uint32_t *plane,
                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Joint adjustment: what is known
+ *
+ * A survey of one rig, from one or several stations, with all fixed cameras that watched it, to be
+ * solved at once: the rig's laser line, head camera, axes and encoders, its pose at every station,
+ * and each camera's intrinsics, lens and pose. What is known of them beforehand goes in as a prior:
+ * a covariance about given values, where a variance of 0 fixes a parameter and INFINITY frees it.
+ * Stations, cameras and shots count from 0 in the order of adding. Each function that adds does it
+ * whole or not at all.
+ * ============================================================================================= */
+
+/** How many parameters a rig has: see ptzcal_rig_parameter. */
+#define PTZCAL_RIG_PARAMETERS 15
+
+/**
+ * A rig's parameters, in the order of all vectors and covariances of them; the names are those of
+ * ptzcal_rig_model's members.
+ */
+enum {
+  /** Metres. */
+  PTZCAL_RIG_PARAMETER_LASER_X0 = 0,
+  /** Metres. */
+  PTZCAL_RIG_PARAMETER_LASER_Y0 = 1,
+  /** Slope, metres per metre of depth. */
+  PTZCAL_RIG_PARAMETER_LASER_VX = 2,
+  /** Slope, metres per metre of depth. */
+  PTZCAL_RIG_PARAMETER_LASER_VY = 3,
+  /**
+   * One scale for fx, fy and skew of the head camera: the natural logarithm of fx, so that a
+   * standard deviation is relative. The head's lens is taken as given.
+   */
+  PTZCAL_RIG_PARAMETER_HEAD_FOCAL = 4,
+  /** Pixels. */
+  PTZCAL_RIG_PARAMETER_HEAD_CX = 5,
+  /** Pixels. */
+  PTZCAL_RIG_PARAMETER_HEAD_CY = 6,
+  /** Metres. */
+  PTZCAL_RIG_PARAMETER_AXIS_TILT_Y = 7,
+  /** Metres. */
+  PTZCAL_RIG_PARAMETER_AXIS_TILT_Z = 8,
+  /** Metres. */
+  PTZCAL_RIG_PARAMETER_AXIS_PAN_X = 9,
+  /** Metres. */
+  PTZCAL_RIG_PARAMETER_AXIS_PAN_Z = 10,
+  /** Radians. Turns the world of a single station: free it only beside something that holds it. */
+  PTZCAL_RIG_PARAMETER_PAN_ZERO = 11,
+  /** About 1. */
+  PTZCAL_RIG_PARAMETER_PAN_SCALE = 12,
+  /** Radians. */
+  PTZCAL_RIG_PARAMETER_TILT_ZERO = 13,
+  /** About 1. */
+  PTZCAL_RIG_PARAMETER_TILT_SCALE = 14,
+};
+typedef uint32_t ptzcal_rig_parameter;
+
+/** A survey to be adjusted. */
+typedef struct ptzcal_adjustment ptzcal_adjustment;
+
+/**
+ * Makes a survey without stations, cameras and shots. Its rig is known exactly until
+ * ptzcal_adjustment_set_rig_sigmas or ptzcal_adjustment_set_rig_covariance says otherwise.
+ *
+ * @param model      The rig as it is believed to be: the mean of its prior.
+ * @param adjustment Receives the survey; free it with ptzcal_adjustment_free.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_new(const ptzcal_rig_model *model,
+                                    ptzcal_adjustment **adjustment,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a survey. What was solved from it lives on.
+ *
+ * @param adjustment The survey; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_adjustment_free(ptzcal_adjustment *adjustment) PTZCAL_NOEXCEPT;
+
+/**
+ * Says how well each of the rig's parameters is known, independently of the others.
+ *
+ * @param adjustment The survey.
+ * @param sigmas     PTZCAL_RIG_PARAMETERS standard deviations in the order of ptzcal_rig_parameter:
+ *                   0 fixes a parameter, INFINITY frees it.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE for NaN (index: the parameter);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT (the message names the parameter); PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_set_rig_sigmas(ptzcal_adjustment *adjustment,
+                                               const double *sigmas,
+                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Says how well the rig's parameters are known together, as the rig's own calibration left them: the
+ * first 7 rows and columns are in the order of ptzcal_laser_line's `covariance`.
+ *
+ * @param adjustment The survey.
+ * @param covariance 15 x 15 numbers in the order of ptzcal_rig_parameter, row-major, symmetric:
+ *                   a variance of 0 fixes a parameter, INFINITY frees it (the rest of its row and
+ *                   column is 0 then); those of the others are positive definite.
+ * @param error      Receives the error; may be NULL.
+ * @return As ptzcal_adjustment_set_rig_sigmas.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_set_rig_covariance(ptzcal_adjustment *adjustment,
+                                                   const double *covariance,
+                                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a place where the rig stood. Its frame is the rig's at pan = tilt = 0. The world is the
+ * frame in which poses are given: usually the first station's, added with a pose as
+ * ptzcal_pose_init leaves it. Other stations may be unknown: they are found from cameras that
+ * another station's shots calibrate.
+ *
+ * @param adjustment The survey.
+ * @param pose       The station in the world, X_world = rotation X_station + translation; its other
+ *                   members do not matter, so that what ptzcal_pose_estimate_get gave can be handed
+ *                   over; may be NULL: nothing is known.
+ * @param covariance 36 numbers, row-major: of w in R <- exp([w]x) R (axes of the world, radians) and
+ *                   of the translation (metres), as ptzcal_pose_estimate_copy_covariance gives them;
+ *                   0 fixes and INFINITY frees as for the rig; may be NULL: the pose is exact. NULL
+ *                   when the pose is.
+ * @param station    Receives the station's index.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT for what is no
+ *         rotation or no covariance (the message names the parameter); PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_add_station(ptzcal_adjustment *adjustment,
+                                            const ptzcal_pose *pose,
+                                            const double *covariance,
+                                            uint32_t *station,
+                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a fixed camera of which no more is known than the options say.
+ *
+ * @param adjustment The survey.
+ * @param width      Image size in pixels, 1 to 65536.
+ * @param height     Image size in pixels, 1 to 65536.
+ * @param options    Lens model, known lens, and the priors of skew and aspect are taken from them,
+ *                   nothing else; may be NULL: the defaults.
+ * @param camera     Receives the camera's index.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_add_camera(ptzcal_adjustment *adjustment,
+                                           uint32_t width,
+                                           uint32_t height,
+                                           const ptzcal_calibration_options *options,
+                                           uint32_t *camera,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a fixed camera that was calibrated earlier, in the same world: the calibration with its
+ * covariance becomes its prior. The measurements behind it must not be added again. Parameters that
+ * were fixed there stay fixed.
+ *
+ * @param adjustment  The survey.
+ * @param calibration The calibration.
+ * @param camera      Receives the camera's index.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_add_calibrated_camera(ptzcal_adjustment *adjustment,
+                                                      const ptzcal_calibration *calibration,
+                                                      uint32_t *camera,
+                                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a fixed camera of which some parameters are known, each to a standard deviation.
+ *
+ * @param adjustment The survey.
+ * @param known      The camera as it is believed to be.
+ * @param sigmas     n standard deviations in the order of ptzcal_calibration_copy_covariance: fx fy
+ *                   skew cx cy (pixels), the coefficients of the camera's lens model, a turn about
+ *                   the camera's own axes (3, radians), the centre (3, metres). 0 fixes a parameter,
+ *                   INFINITY frees it.
+ * @param n          11 plus the number of coefficients (0, 1, 4 or 5).
+ * @param camera     Receives the camera's index.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE for NaN (index: the parameter);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT (the message names the parameter); PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_add_known_camera(ptzcal_adjustment *adjustment,
+                                                 const ptzcal_camera *known,
+                                                 const double *sigmas,
+                                                 size_t n,
+                                                 uint32_t *camera,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Joint adjustment: what was measured
+ *
+ * Laser shots with the spots that the head camera and the fixed cameras saw of them. A shot needs
+ * no spot in the head camera: two cameras that see it measure it too.
+ * ============================================================================================= */
+
+/** For ptzcal_adjustment_add_scan: a fixed camera whose spots are left out. */
+#define PTZCAL_NO_CAMERA 4294967294
+
+/**
+ * Adds laser shots: what the head read and where its camera saw the spot.
+ *
+ * @param adjustment      The survey.
+ * @param station         Where the rig stood.
+ * @param pan_tilt        n x 2 numbers: readings at each shot, radians.
+ * @param spots           n x 2 numbers: the spot's pixel in the head camera; may be NULL: the head
+ *                        camera saw none of them.
+ * @param spot_covariance n x 3 numbers: xx, xy, yy, positive definite, px^2; may be NULL: 1 px,
+ *                        uncorrelated.
+ * @param seen            n bytes: 0 where the head camera saw no spot, and what stands in `spots`
+ *                        does not matter (but is finite); may be NULL: it saw all.
+ * @param n               Number of shots.
+ * @param first           Receives the index of the first; the others follow it; may be NULL.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE (index: the shot, in this call);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a station that does not exist or a covariance that is
+ *         none; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_add_shots(ptzcal_adjustment *adjustment,
+                                          uint32_t station,
+                                          const double *pan_tilt,
+                                          const double *spots,
+                                          const double *spot_covariance,
+                                          const uint8_t *seen,
+                                          size_t n,
+                                          size_t *first,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds where a fixed camera saw shots that were added before. The residuals and inliers of its
+ * calibration are in the order of the shots.
+ *
+ * @param adjustment    The survey.
+ * @param camera        The fixed camera.
+ * @param shots         n indices of shots; a camera sees each at most once.
+ * @param uv            n x 2 numbers: the spot's pixel in the camera.
+ * @param uv_covariance n x 3 numbers: xx, xy, yy, positive definite, px^2; may be NULL: 1 px,
+ *                      uncorrelated.
+ * @param n             Number of sightings.
+ * @param error         Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE (index: the sighting, in this call);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a camera or a shot that does not exist, a shot that is
+ *         seen twice, or a covariance that is none; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_add_sightings(ptzcal_adjustment *adjustment,
+                                              uint32_t camera,
+                                              const size_t *shots,
+                                              const double *uv,
+                                              const double *uv_covariance,
+                                              size_t n,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds all shots of a scan, with what the head camera and the fixed cameras saw: shot i of the scan
+ * becomes shot `first` + i.
+ *
+ * @param adjustment The survey, for a head camera of the scan's image size.
+ * @param station    Where the rig stood during the scan.
+ * @param scan       The scan.
+ * @param cameras    For each fixed camera of the scan its index in the survey (of the same image
+ *                   size), or PTZCAL_NO_CAMERA.
+ * @param n          Number of fixed cameras of the scan.
+ * @param first      Receives the index of the scan's first shot; may be NULL.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a station or a camera that does not
+ *         exist, another number of cameras, or another image size; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_add_scan(ptzcal_adjustment *adjustment,
+                                         uint32_t station,
+                                         const ptzcal_scan *scan,
+                                         const uint32_t *cameras,
+                                         size_t n,
+                                         size_t *first,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Joint adjustment: the answer
+ *
+ * Estimates of everything with their joint covariance. The answer holds its input, so that it can be
+ * solved again.
+ * ============================================================================================= */
+
+/** A survey solved. Immutable: any number of threads may read it. */
+typedef struct ptzcal_adjusted ptzcal_adjusted;
+
+/** What an adjustment says about itself. */
+typedef struct ptzcal_adjusted_summary {
+  /** Set by ptzcal_adjusted_summary_init. */
+  uint32_t struct_size;
+  /** Iterations of all refinements. */
+  uint32_t iterations;
+  /** Parameters, fixed ones included: the side of the covariance matrix. */
+  uint64_t parameters;
+  /** Stations. */
+  uint64_t stations;
+  /** Fixed cameras. */
+  uint64_t cameras;
+  /** Shots. */
+  uint64_t shots;
+  /** Spots given, those of the head camera and of the fixed ones. */
+  uint64_t spots;
+  /** Spots used; the others are outliers. */
+  uint64_t used;
+  /** How many warnings there are: see ptzcal_adjusted_warning. */
+  uint64_t warnings;
+  /** How many groups of fixed parameters the data want to move: see ptzcal_adjusted_get_suspect. */
+  uint64_t suspects;
+  /** How many parameters the data say next to nothing of: see ptzcal_adjusted_prior_only. */
+  uint64_t prior_only;
+  /** Degrees of freedom of chi2. */
+  uint64_t freedom;
+  /** Sum of squared residuals in units of their standard deviations, priors included. */
+  double chi2;
+  /**
+   * Chance of such residuals or larger when model and stated noise are right. Below 1e-3 the
+   * covariance was scaled by chi2 / freedom, where that is more than 1, and a warning says so.
+   */
+  double probability;
+  /** Noise that the residuals' median shows over the stated one, at least 1. */
+  double noise_factor;
+  /** Condition number of the normal equations, scaled to unit diagonal; 1 is perfect. */
+  double condition;
+} ptzcal_adjusted_summary;
+
+/**
+ * Frees an answer. Texts taken from it die with it; calibrations taken from it live on.
+ *
+ * @param adjusted The answer; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_adjusted_free(ptzcal_adjusted *adjusted) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a summary: everything 0.
+ *
+ * @param summary The struct.
+ * @param size    sizeof *summary.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_summary_init(ptzcal_adjusted_summary *summary,
+                                           size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * What the adjustment says about itself.
+ *
+ * @param adjusted The answer.
+ * @param summary  Receives the summary; set up by ptzcal_adjusted_summary_init.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_get_summary(const ptzcal_adjusted *adjusted,
+                                          ptzcal_adjusted_summary *summary,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The adjusted rig.
+ *
+ * @param adjusted The answer.
+ * @param model    Receives the model; set up by ptzcal_rig_model_init.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_get_rig_model(const ptzcal_adjusted *adjusted,
+                                            ptzcal_rig_model *model,
+                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Where the rig stood: X_world = rotation X_station + translation.
+ *
+ * @param adjusted The answer.
+ * @param station  The station's index.
+ * @param pose     Receives the pose; set up by ptzcal_pose_init; the figures of an estimate by roof
+ *                 edges are 0.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT when there is no such station.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_get_station(const ptzcal_adjusted *adjusted,
+                                          uint32_t station,
+                                          ptzcal_pose *pose,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * A fixed camera as a calibration of its own. Its covariance contains what is not known of rig and
+ * stations; its residuals and inliers are of its sightings in the order of the shots.
+ *
+ * @param adjusted    The answer.
+ * @param camera      The camera's index.
+ * @param calibration Receives the calibration; free it with ptzcal_calibration_free.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT when there is no such camera.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_get_calibration(const ptzcal_adjusted *adjusted,
+                                              uint32_t camera,
+                                              ptzcal_calibration **calibration,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The covariance of all parameters: p x p numbers, row-major, symmetric, p = the summary's
+ * `parameters`. Their order: PTZCAL_RIG_PARAMETERS of the rig (ptzcal_rig_parameter); six of every
+ * station (as ptzcal_adjustment_add_station takes them); then those of every camera (as
+ * ptzcal_calibration_copy_covariance has them). Rows and columns of fixed parameters are 0.
+ *
+ * @param adjusted The answer.
+ * @param buffer   Receives the numbers; may be NULL when capacity is 0.
+ * @param capacity How many numbers the buffer holds.
+ * @param needed   Receives how many there are, also when they do not fit; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_copy_covariance(const ptzcal_adjusted *adjusted,
+                                              double *buffer,
+                                              size_t capacity,
+                                              size_t *needed,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Name of a parameter of the covariance, such as "laser x0" or "camera 1 position z".
+ *
+ * @param adjusted The answer; may be NULL.
+ * @param index    The parameter.
+ * @return A string that lives as long as the answer; "" when there is no such parameter; never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_adjusted_parameter_name(const ptzcal_adjusted *adjusted,
+                                           size_t index) PTZCAL_NOEXCEPT;
+
+/**
+ * Solves the same survey again with the same options: the same bits.
+ *
+ * @param adjusted The answer.
+ * @param cancel   Ends the call early from another thread; may be NULL.
+ * @param result   Receives the new answer; free it with ptzcal_adjusted_free.
+ * @param error    Receives the error; may be NULL.
+ * @return As ptzcal_adjustment_solve.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_resolve(const ptzcal_adjusted *adjusted,
+                                      const ptzcal_cancel *cancel,
+                                      ptzcal_adjusted **result,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Joint adjustment: does it fit?
+ *
+ * A chi-square test of all residuals (`probability` of the summary), a score test of every group of
+ * parameters that was kept fixed, and what the data determine worst, also in words for a person.
+ * ============================================================================================= */
+
+/** A group of parameters that was fixed, and should perhaps not have been (a score test, Rao 1948). */
+typedef struct ptzcal_suspect {
+  /** Set by ptzcal_suspect_init. */
+  uint32_t struct_size;
+  /** Parameters of the group: the gain's degrees of freedom. */
+  uint32_t parameters;
+  /** By how much chi2 would fall, to first order, were the group free. */
+  double gain;
+  /** Chance of such a gain or a larger one when the group is rightly fixed. */
+  double probability;
+} ptzcal_suspect;
+
+/**
+ * What a person should know of the answer, one line of English UTF-8: a misfit, what it comes
+ * from, a prior that contradicts the data. The wording may change in any version; decide by their
+ * number, by `probability` and by the suspects.
+ *
+ * @param adjusted The answer; may be NULL.
+ * @param index    From 0 to the summary's `warnings` less 1.
+ * @return A string that lives as long as the answer; "" when there is no such warning; never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_adjusted_warning(const ptzcal_adjusted *adjusted, size_t index) PTZCAL_NOEXCEPT;
+
+/**
+ * What the data and priors determine worst, and what to add, one line of English UTF-8.
+ *
+ * @param adjusted The answer; may be NULL.
+ * @return A string that lives as long as the answer; "" for NULL; never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_adjusted_weakest(const ptzcal_adjusted *adjusted) PTZCAL_NOEXCEPT;
+
+/**
+ * Name of a parameter of which the data say next to nothing: 0.95 or more of its prior standard
+ * deviation is left.
+ *
+ * @param adjusted The answer; may be NULL.
+ * @param index    From 0 to the summary's `prior_only` less 1.
+ * @return A string that lives as long as the answer; "" when there is no such parameter; never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_adjusted_prior_only(const ptzcal_adjusted *adjusted,
+                                       size_t index) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a suspect: everything 0.
+ *
+ * @param suspect The struct.
+ * @param size    sizeof *suspect.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_suspect_init(ptzcal_suspect *suspect, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * A group of fixed parameters that the data want to move, the most wanted first.
+ *
+ * @param adjusted The answer.
+ * @param index    From 0 to the summary's `suspects` less 1.
+ * @param suspect  Receives the suspect; set up by ptzcal_suspect_init.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT when there is no such suspect.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_get_suspect(const ptzcal_adjusted *adjusted,
+                                          size_t index,
+                                          ptzcal_suspect *suspect,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Name of a suspect, such as "the axis offsets".
+ *
+ * @param adjusted The answer; may be NULL.
+ * @param index    From 0 to the summary's `suspects` less 1.
+ * @return A string that lives as long as the answer; "" when there is no such suspect; never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_adjusted_suspect_name(const ptzcal_adjusted *adjusted,
+                                         size_t index) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Joint adjustment: points
+ *
+ * Where the laser hit, in the world, with covariances that contain what is not known of the rig, its
+ * stations and the cameras.
+ * ============================================================================================= */
+
+/**
+ * Which spots of the head camera were used: n bytes, n = the summary's `shots`; 1 for an inlier, 0
+ * for an outlier and where the head camera saw none.
+ *
+ * @param adjusted The answer.
+ * @param buffer   Receives the bytes; may be NULL when capacity is 0.
+ * @param capacity How many bytes the buffer holds.
+ * @param needed   Receives how many there are, also when they do not fit; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_copy_head_inliers(const ptzcal_adjusted *adjusted,
+                                                uint8_t *buffer,
+                                                size_t capacity,
+                                                size_t *needed,
+                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Where a shot hit, by all who saw it.
+ *
+ * @param adjusted   The answer.
+ * @param shot       The shot's index.
+ * @param xyz        Receives 3 numbers: the point in the world, metres.
+ * @param covariance Receives 9 numbers: its covariance, row-major, m^2, which contains what is not
+ *                   known of rig, station and cameras (of rank one, along the beam, when rig and
+ *                   station are exact); may be NULL.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNREACHABLE for a shot at infinity or one of which no spot
+ *         was used; PTZCAL_STATUS_INVALID_ARGUMENT when there is no such shot.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_shot_point(const ptzcal_adjusted *adjusted,
+                                         size_t shot,
+                                         double *xyz,
+                                         double *covariance,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Measures new spots of the head camera with the adjusted rig.
+ *
+ * @param adjusted        The answer.
+ * @param station         Where the rig stands.
+ * @param pan_tilt        n x 2 numbers: readings at each shot, radians.
+ * @param spots           n x 2 numbers: the spot's pixel in the head camera.
+ * @param spot_covariance n x 3 numbers: xx, xy, yy, px^2; may be NULL: 1 px, uncorrelated.
+ * @param n               Number of shots.
+ * @param xyz             Receives n x 3 numbers: points in the world, metres.
+ * @param covariance      Receives n x 9 numbers: covariance of each point, row-major, m^2, those of
+ *                        rig and station included; may be NULL.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNREACHABLE for a spot at or beyond infinity;
+ *         PTZCAL_STATUS_NOT_FINITE (index: the shot); PTZCAL_STATUS_INVALID_ARGUMENT for a station
+ *         that does not exist, a spot outside the lens model or a covariance that is none.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_measure(const ptzcal_adjusted *adjusted,
+                                      uint32_t station,
+                                      const double *pan_tilt,
+                                      const double *spots,
+                                      const double *spot_covariance,
+                                      size_t n,
+                                      double *xyz,
+                                      double *covariance,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Joint adjustment: solving
+ *
+ * The maximum-likelihood estimate of everything that is free, from a cold start, by
+ * ptzcal_adjustment_solve. Gross outliers are set aside, and the residuals and every fixed group of
+ * parameters are tested: the answer's warnings say whether model and stated noise can be believed.
+ * ============================================================================================= */
+
+/** How a survey is solved. The defaults are right for spots that the library detected. */
+typedef struct ptzcal_adjust_options {
+  /** Set by ptzcal_adjust_options_init. */
+  uint32_t struct_size;
+  /** 1 (the default): gross outliers are found and set aside. 0: all spots are used. */
+  uint32_t robust;
+  /** Most iterations of one refinement, 1 to 10000; the default is 100. */
+  uint32_t max_iterations;
+  /** 0. */
+  uint32_t reserved;
+  /** Seed of the consensus that starts each camera; the default is 1. */
+  uint64_t seed;
+  /**
+   * Standard deviation of the head's true pan about its readings, from shot to shot
+   * (repeatability and quantisation), radians; the default is 0: the encoders are exact.
+   */
+  double pointing_sigma_pan;
+  /** The same of tilt. */
+  double pointing_sigma_tilt;
+  /**
+   * Residuals of more standard deviations than this count linearly (Huber 1964), positive; the
+   * default is 3; INFINITY: least squares.
+   */
+  double huber;
+  /**
+   * Largest standard deviation over focal length of a camera, positive: above it the answer is
+   * refused (PTZCAL_STATUS_DEGENERATE); the default is 0.1; INFINITY takes whatever was found.
+   */
+  double max_focal_deviation;
+} ptzcal_adjust_options;
+
+/**
+ * Sets up options with their defaults.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjust_options_init(ptzcal_adjust_options *options,
+                                         size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Solves a survey. It is in use until the call returns: other threads may solve it too, but adding
+ * to it is PTZCAL_STATUS_BUSY. The same survey, options and seed give the same bits.
+ *
+ * @param adjustment The survey.
+ * @param options    The options, set up by ptzcal_adjust_options_init; may be NULL: the defaults.
+ * @param cancel     Ends the call early from another thread; may be NULL.
+ * @param result     Receives the answer; free it with ptzcal_adjusted_free.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS and other reasons of
+ *         ptzcal_calibrate_camera (index: the camera that cannot be calibrated);
+ *         PTZCAL_STATUS_DEGENERATE (the message names what trades off and what to add);
+ *         PTZCAL_STATUS_BAD_STATE when nothing is free, or for an unknown station that shares no
+ *         camera with the others; PTZCAL_STATUS_BEHIND_CAMERA (index: the shot) when robust is 0;
+ *         PTZCAL_STATUS_NO_CONSENSUS; PTZCAL_STATUS_NO_CONVERGENCE; PTZCAL_STATUS_LENS_NOT_MONOTONE;
+ *         PTZCAL_STATUS_CANCELLED; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_solve(const ptzcal_adjustment *adjustment,
+                                      const ptzcal_adjust_options *options,
+                                      const ptzcal_cancel *cancel,
+                                      ptzcal_adjusted **result,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
  * Files

@@ -268,6 +268,17 @@ fn a_prior_that_the_data_contradict_is_named() {
     assert!(a.check.warnings.iter().any(|w| w.contains("the prior of the rig contradicts the data")), "{:?}", a.check);
 }
 
+/// Of one station with its axes through the head, a longer baseline and a larger world look the same:
+/// the other directions of the laser line are tested all the same.
+#[test]
+fn a_wrong_laser_is_named_though_the_scale_is_open() {
+    let mut believed = rig();
+    believed.laser.vx += 0.003;
+    let a = solve(&single(believed, &rig(), &near(), 400, &Noisy::new(0.2, 5)));
+    let laser = a.check.suspects.iter().find(|s| s.group == "the laser line").expect("the laser line is suspected");
+    assert!(laser.parameters == 3 && laser.gain > 30.0, "{laser:?}");
+}
+
 #[test]
 fn an_earlier_calibration_is_a_prior() {
     let first = solve(&single(rig(), &rig(), &far(), 500, &Noisy::new(0.3, 6)));
@@ -343,6 +354,8 @@ fn bad_input_is_refused_by_name() {
     assert_eq!((e.status(), e.index()), (Status::TooFewPoints, Some(1)), "{e}");
     let few = single(rig(), &rig(), &near(), 4, &Noisy::new(0.3, 9));
     assert_eq!((status(&few).status(), status(&few).index()), (Status::TooFewPoints, Some(0)));
+    let two = survey(rig(), &rig(), &[Rigid::identity()], &[near(), far()], 4, &Noisy::new(0.3, 9));
+    assert_eq!((status(&two).status(), status(&two).index()), (Status::TooFewPoints, Some(0)), "the first is named");
     // A station that shares nothing.
     let mut input = good.clone();
     input.add_station(Station::unknown()).unwrap();
@@ -378,6 +391,76 @@ fn bad_input_is_refused_by_name() {
     cancel.cancel();
     let e = adjust(&good, &AdjustOptions { cancel, ..AdjustOptions::default() }).unwrap_err();
     assert_eq!(e.status(), Status::Cancelled);
+}
+
+#[test]
+fn shots_and_sightings_are_added_whole_or_not_at_all() {
+    let good = single(rig(), &rig(), &near(), 60, &Noisy::new(0.3, 9));
+    let mut input = good.clone();
+    let bare: Vec<Shot> = good.shots().iter().map(|s| Shot { sightings: Vec::new(), ..s.clone() }).collect();
+    let mut bad = bare.clone();
+    bad[40].tilt = f64::INFINITY;
+    assert!(input.add_shots(bad).is_err());
+    assert_eq!(input, good);
+    assert_eq!(input.add_shots(bare), Ok(60));
+    let before = input.clone();
+    let seen: Vec<(usize, Sighting)> = (60..120).map(|i| (i, good.shots()[i - 60].sightings[0])).collect();
+    let spot = seen[0].1;
+    for (fault, what) in [
+        ((120, spot), "shot: 120 of 120"),
+        ((3, spot), "shot 3 is seen twice by camera 0"),
+        ((110, Sighting { camera: 1, ..spot }), "shot 110: 1 of 1"),
+        ((110, Sighting { covariance: Matrix2::zeros(), ..spot }), "not positive definite"),
+        ((110, Sighting { pixel: Vector2::new(f64::NAN, 0.0), ..spot }), "uv[110]"),
+    ] {
+        let mut bad = seen.clone();
+        bad[50] = fault;
+        let e = input.add_sightings(&bad).unwrap_err();
+        assert!(e.to_string().contains(what), "{e}");
+        assert_eq!(input, before);
+    }
+    input.add_sightings(&seen).unwrap();
+    assert_eq!(input.shots()[60..], good.shots()[..], "the same survey twice");
+}
+
+#[test]
+fn a_calibration_with_square_pixels_is_a_prior() {
+    let square = CameraSetup { aspect_sigma: 0.0, skew_sigma: 0.0, ..CameraSetup::new(800, 600) };
+    let survey = |setup: CameraSetup, n, seed| {
+        let mut input = Adjustment::new(rig()).unwrap();
+        input.add_station(Station::world()).unwrap();
+        input.add_camera(setup).unwrap();
+        let shots = single(rig(), &rig(), &far(), n, &Noisy::new(0.3, seed));
+        input.add_shots(shots.shots().iter().cloned()).unwrap();
+        solve(&input)
+    };
+    let first = survey(square.clone(), 300, 6);
+    let again = survey(CameraSetup::calibrated(&first.cameras[0]), 100, 7);
+    let (k, c) = (&again.cameras[0].camera.intrinsics, &again.cameras[0].covariance);
+    assert!(k.fx == k.fy && k.skew == 0.0 && c[(2, 2)] == 0.0);
+    assert!((c[(0, 0)] - c[(1, 1)]).abs() <= 1e-12 * c[(0, 0)]);
+    // The prior carries what the first 300 shots say: as good as all at once, and no better.
+    let together = single(rig(), &rig(), &far(), 300, &Noisy::new(0.3, 6));
+    let more = single(rig(), &rig(), &far(), 100, &Noisy::new(0.3, 7));
+    let mut input = Adjustment::new(rig()).unwrap();
+    input.add_station(Station::world()).unwrap();
+    input.add_camera(square).unwrap();
+    input.add_shots(together.shots().iter().chain(more.shots()).cloned()).unwrap();
+    let whole = solve(&input);
+    for i in 0..3 {
+        let ratio = centre_sigma(&again, 0) / centre_sigma(&whole, 0);
+        assert!((ratio - 1.0).abs() < 0.03, "{ratio}");
+        let off = (again.cameras[0].camera.centre() - whole.cameras[0].camera.centre())[i].abs();
+        assert!(off < 0.3 * whole.cameras[0].covariance[(8 + i, 8 + i)].sqrt(), "{off}");
+    }
+    // Priors of infinite width add no degrees of freedom.
+    let known = survey(CameraSetup::known(far(), Prior::free(11)), 100, 7);
+    let free = CameraSetup { aspect_sigma: f64::INFINITY, skew_sigma: f64::INFINITY, ..CameraSetup::new(800, 600) };
+    let free = survey(free, 100, 7);
+    let rows = |a: &Adjusted| 2 * a.head_inliers.iter().chain(&a.cameras[0].inliers).filter(|i| **i).count();
+    for a in [known, free] {
+        assert_eq!(a.check.freedom, rows(&a) - 100 - 11);
+    }
 }
 
 #[test]

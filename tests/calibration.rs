@@ -266,3 +266,36 @@ fn cancelled_work_stops() {
     options.cancel.cancel();
     assert_eq!(calibrate_camera(&set, &options).unwrap_err(), Error::Cancelled);
 }
+
+#[test]
+fn the_self_check_names_what_was_left_out_and_nothing_else() {
+    let truth = near();
+    let shots = world(&truth, 300);
+    let options = |distortion| CalibrationOptions { pixel_sigma: Some(0.3), distortion, ..Default::default() };
+    // No false alarm: 200 checks at one in a thousand, several groups at 1e-5 each.
+    let alarms = (0..200)
+        .filter(|seed| {
+            let set = laser_set(&shots, 0.3, 0.3, &mut Noise::new(*seed));
+            !calibrate_camera(&set, &options(DistortionModel::None)).unwrap().check.passed()
+        })
+        .count();
+    assert!(alarms <= 2, "{alarms} false alarms in 200");
+    // A lens that was left out.
+    let mut bent = truth;
+    bent.distortion = Distortion::Division(-0.05);
+    let shots = world(&bent, 300);
+    let set = point_set(&shots, 0.3, &mut Noise::new(1));
+    let without = calibrate_camera(&set, &options(DistortionModel::None)).unwrap().check;
+    assert_eq!(without.suspects[0].group, "the lens distortion");
+    let with = calibrate_camera(&set, &options(DistortionModel::Division)).unwrap();
+    assert!(with.check.passed(), "{:?}", with.check);
+    let gain = without.chi2 - with.check.chi2;
+    assert!((without.suspects[0].gain / gain - 1.0).abs() < 0.3, "first order {} of {gain}", without.suspects[0].gain);
+    // What is weakest has a name, and forced square pixels do not break it.
+    let square = CalibrationOptions { aspect_sigma: 0.0, skew_sigma: 0.0, ..options(DistortionModel::Division) };
+    for c in [with, calibrate_camera(&set, &square).unwrap()] {
+        let weakest = c.weakest().unwrap();
+        assert!(weakest.text.starts_with("weakest: camera ") && weakest.condition > 1.0, "{weakest:?}");
+        assert!(!weakest.groups.is_empty() && weakest.prior_only.is_empty());
+    }
+}

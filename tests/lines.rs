@@ -12,7 +12,7 @@ use ptzcal::calibrate::{
     CalibrationOptions, Correspondences, DistortionModel, Observation, ObservedLine, calibrate_camera, decompose, dlt,
 };
 use ptzcal::error::Degeneracy;
-use ptzcal::geometry::{Camera, Distortion, Line3};
+use ptzcal::geometry::{Camera, Distortion, Intrinsics, Line3, Rigid};
 use thesis::{Noise, far, near, point_set, world};
 
 fn free() -> CalibrationOptions {
@@ -66,6 +66,51 @@ fn exact_lines_through_a_lens_give_the_exact_camera() {
             assert!(c.rms < 1e-5, "{model:?} {}", c.rms);
         }
     }
+}
+
+#[test]
+fn lines_through_a_fisheye_lens_are_used_beyond_ninety_degrees() {
+    let truth = Camera {
+        width: 1000,
+        height: 1000,
+        intrinsics: Intrinsics::new(290.0, 503.0, 495.0),
+        distortion: Distortion::Fisheye([0.03, 0.004, -0.0005, 0.0001]),
+        pose: Rigid::look_at(&Vector3::new(0.2, -2.5, 0.1), &Vector3::new(0.3, 0.0, 0.4)).unwrap(),
+    };
+    let options = CalibrationOptions { distortion: DistortionModel::Fisheye, ..Default::default() };
+    let mut error = Vec::new();
+    for with_lines in [false, true] {
+        let mut noise = Noise::new(21);
+        let mut set = Correspondences::new(1000, 1000).unwrap();
+        let point = |noise: &mut Noise| {
+            let (theta, azimuth) = (1.65 * noise.uniform().sqrt(), std::f64::consts::TAU * noise.uniform());
+            let ray = Vector3::new(theta.sin() * azimuth.cos(), theta.sin() * azimuth.sin(), theta.cos());
+            truth.pose.inverse().apply(&(ray * (1.0 + 4.0 * noise.uniform())))
+        };
+        for _ in 0..100 {
+            let x = point(&mut noise);
+            set.add_points(&[x], &[truth.project(&x).unwrap() + noise.pixel(0.2)]).unwrap();
+        }
+        for _ in 0..if with_lines { 200 } else { 0 } {
+            let a = point(&mut noise);
+            let b = a + Vector3::new(noise.gaussian(), noise.gaussian(), noise.gaussian()) * 0.4;
+            if let [Some(p), Some(q)] = [a, b].map(|x| truth.project(&x)) {
+                let ends = [p, q].map(|m| m + noise.pixel(0.2));
+                set.add(ObservedLine::through([a + (a - b), b], None, ends).into()).unwrap();
+            }
+        }
+        let c = calibrate_camera(&set, &options).unwrap();
+        let lines = c.inliers.len() - 100;
+        assert!(c.inliers[100..].iter().filter(|i| !**i).count() * 50 <= lines, "all but 2 % of the lines");
+        assert!((c.noise_factor - 0.2).abs() < 0.02, "{}", c.noise_factor);
+        for i in 0..3 {
+            let sigma = c.covariance[(12 + i, 12 + i)].sqrt();
+            let off = (c.camera.centre() - truth.centre())[i];
+            assert!(off.abs() < 4.0 * sigma, "{with_lines}: {off} against {sigma}");
+        }
+        error.push((12..15).map(|i| c.covariance[(i, i)]).sum::<f64>());
+    }
+    assert!(error[1] < 0.6 * error[0], "the lines help: {error:?}");
 }
 
 /// Every kind of line data in one set: half exact points, half lines.

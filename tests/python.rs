@@ -136,3 +136,44 @@ fn example_scans_the_simulator() {
         assert!(within < 3.0, "{line}");
     }
 }
+
+#[test]
+fn example_adjusts_rig_and_cameras() {
+    let Some(text) = run(&["examples/python/adjust_rig_and_cameras.py", "20", "14"]) else { return };
+    let (believed, adjusted) = text.split_once("rig adjusted").unwrap();
+    assert!(believed.contains("the laser line should not be fixed"), "{text}");
+    assert!(!adjusted.contains("warning") && adjusted.contains("weakest: "), "{text}");
+    let number = |line: &str, after: &str| -> f64 {
+        let rest = line.split(after).nth(1).unwrap().trim_start();
+        rest.split([' ', ')']).next().unwrap().parse().unwrap()
+    };
+    let cameras: Vec<&str> =
+        adjusted.lines().filter(|l| l.contains("camera ") && l.contains("centre within")).collect();
+    assert_eq!(cameras.len(), 2, "{text}");
+    for line in cameras {
+        let (off, sigma) = (number(line, "within"), number(line, "sigma"));
+        assert!(off < 3.5 * sigma && sigma < 4.0, "{line}");
+    }
+}
+
+/// The README's block in a language that names `what`.
+fn readme(language: &str, what: &str) -> String {
+    let text = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let fence = format!("```{language}\n");
+    let mut blocks = text.split(&fence).skip(1).map(|b| b.split("```").next().unwrap());
+    blocks.find(|b| b.contains(what)).expect("the README's block").to_owned()
+}
+
+#[test]
+fn the_readme_adjusts_rig_and_cameras() {
+    let scan = "import numpy as np\nimport ptzcal\n\
+        with ptzcal.Rig.open('sim:room') as rig:\n\
+        \x20   region = ptzcal.Region(-0.45, 0.25, -0.33, 0.28, 12, 8)\n\
+        \x20   scan, model = rig.scan_region(region, ['sim:fixed/0']), rig.model\n\
+        \x20   truth = rig.simulator().true_camera(0).centre\n";
+    let off = "\nprint('off', np.linalg.norm(result.calibrations[camera].camera.centre - truth))\n";
+    if let Some(text) = run(&["-c", &(scan.to_owned() + &readme("python", "ptzcal.Adjustment") + off)]) {
+        let off: f64 = text.lines().last().unwrap().strip_prefix("off ").unwrap().parse().unwrap();
+        assert!(off < 3e-3, "{text}");
+    }
+}

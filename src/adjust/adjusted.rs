@@ -3,13 +3,14 @@
 use faer::Mat;
 use nalgebra::{DMatrix, Matrix2, Matrix3, SMatrix, Vector2, Vector3};
 
-use super::check::{self, FitCheck};
+use super::check;
 use super::eliminate::Eliminated;
 use super::layout::{Layout, State};
 use super::linearise::{Problem, ShotPoint};
 use super::problem::{AdjustOptions, Adjustment, camera_name, compact_rows, rig_name, station_name};
-use super::weakness::{self, Weakness};
-use crate::calibrate::Calibration;
+use super::weakness;
+use crate::calibrate::check::SURE;
+use crate::calibrate::{Calibration, FitCheck, Weakness};
 use crate::error::{Error, Result};
 use crate::geometry::{InverseDepthPoint, RIG_PARAMETERS, RigModel, Rigid};
 
@@ -83,7 +84,7 @@ impl Adjusted {
         };
         // Noise that the residuals show beyond the stated one belongs to the covariance.
         let excess = adjusted.check.spread();
-        if adjusted.check.probability < check::SURE && excess > 1.0 {
+        if adjusted.check.probability < SURE && excess > 1.0 {
             adjusted.solution.covariance *= excess * excess;
         }
         adjusted.covariance = adjusted.expand();
@@ -144,6 +145,7 @@ impl Adjusted {
             noise_factor: self.noise_factor,
             condition: self.condition(),
             iterations: self.iterations,
+            check: self.check.clone(),
         }
     }
 

@@ -1,57 +1,11 @@
-//! Does the model fit the data? A chi-square test of all residuals and, for every group of
-//! parameters that was kept fixed, a score test (Rao 1948) of what freeing it would gain.
-
-use nalgebra::{DMatrix, DVector};
+//! The self-check of a joint adjustment: all residuals, all fixed groups, all priors.
 
 use super::adjusted::Solution;
 use super::layout::{CameraColumns, Group, Layout, State};
 use super::linearise::Problem;
-use crate::calibrate::freedom::{Freedom, Unknown};
+use crate::calibrate::check::{FitCheck, SUSPECT, Suspect, score_test, testable, widened};
+use crate::geometry::RIG_PARAMETERS;
 use crate::geometry::chi_square::upper_tail;
-use crate::geometry::{Distortion, RIG_PARAMETERS};
-
-/// A chance below which a misfit is no accident.
-pub(super) const SURE: f64 = 1e-3;
-/// The same for one of many groups.
-const SUSPECT: f64 = 1e-5;
-
-/// The self-check of an adjustment.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FitCheck {
-    /// Sum of squared whitened residuals, priors included.
-    pub chi2: f64,
-    /// Its degrees of freedom.
-    pub freedom: usize,
-    /// Chance of such residuals or larger when model and stated noise are right.
-    pub probability: f64,
-    /// Groups of fixed parameters that the data want to move, the most wanted first.
-    pub suspects: Vec<Suspect>,
-    /// What a person should know, in words; empty when all is well.
-    pub warnings: Vec<String>,
-}
-
-/// A group of parameters that was fixed, and should perhaps not have been.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Suspect {
-    pub group: String,
-    /// By how much chi2 would fall if the group were free (first order).
-    pub gain: f64,
-    /// Parameters of the group: the gain's degrees of freedom.
-    pub parameters: usize,
-    pub probability: f64,
-}
-
-impl FitCheck {
-    /// Do model and stated noise explain the residuals?
-    pub fn passed(&self) -> bool {
-        self.probability >= SURE && self.suspects.is_empty()
-    }
-
-    /// Observed over stated noise.
-    pub fn spread(&self) -> f64 {
-        if self.freedom == 0 { 1.0 } else { (self.chi2 / self.freedom as f64).sqrt() }
-    }
-}
 
 pub(super) fn check(problem: &Problem<'_>, solution: &Solution, data_chi2: f64) -> FitCheck {
     let layout = &solution.layout;
@@ -82,32 +36,9 @@ pub(super) fn check(problem: &Problem<'_>, solution: &Solution, data_chi2: f64) 
             ));
         }
     }
-    rows += layout.cameras.iter().map(|c| c.freedom.priors.len()).sum::<usize>();
+    rows += layout.cameras.iter().map(|c| c.freedom.soft_priors()).sum::<usize>();
     let freedom = rows.saturating_sub(unknowns);
-    let probability = upper_tail(chi2, freedom as f64);
-    let suspects = suspects(problem, solution);
-    let mut fit = FitCheck { chi2, freedom, probability, suspects, warnings };
-    let misfit = probability < SURE;
-    if misfit {
-        fit.warnings.insert(
-            0,
-            format!(
-                "the residuals are {:.2} times the stated noise (chi-square {chi2:.0} for {freedom} degrees of freedom)",
-                fit.spread()
-            ),
-        );
-    }
-    for s in &fit.suspects {
-        let part = 100.0 * s.gain / (chi2 - freedom as f64).max(s.gain);
-        fit.warnings.push(format!(
-            "{} should not be fixed: freeing it would lower chi-square by {:.0}, {part:.0} % of the excess",
-            s.group, s.gain
-        ));
-    }
-    if misfit && fit.suspects.is_empty() {
-        fit.warnings.push("no fixed parameter explains it: check the spots' covariances and the lens models".into());
-    }
-    fit
+    FitCheck::new(chi2, freedom, suspects(problem, solution), warnings)
 }
 
 /// A group of columns that the extended problem has beyond the solved one.
@@ -125,31 +56,8 @@ fn suspects(problem: &Problem<'_>, solution: &Solution) -> Vec<Suspect> {
     let wide = problem.with_layout(&layout);
     let Some(system) = wide.linearise(&state, &solution.used) else { return Vec::new() };
     let h = |i: usize, j: usize| system.h[(i.max(j), i.min(j))];
-    let mut found: Vec<Suspect> = candidates
-        .into_iter()
-        .filter_map(|candidate| {
-            let (g, n) = (&candidate.columns, original.len());
-            let across = DMatrix::from_fn(g.len(), n, |i, j| h(g[i], original[j]));
-            let own = DMatrix::from_fn(g.len(), g.len(), |i, j| h(g[i], g[j]));
-            let left = &own - &across * &solution.covariance * across.transpose();
-            // What the others explain entirely cannot be tested: it only moves the frame.
-            let kept: Vec<usize> = (0..g.len()).filter(|i| left[(*i, *i)] > 1e-9 * own[(*i, *i)]).collect();
-            let block = DMatrix::from_fn(kept.len(), kept.len(), |i, j| left[(kept[i], kept[j])]);
-            let score = DVector::from_fn(kept.len(), |i, _| system.g[g[kept[i]]]);
-            if kept.is_empty() {
-                return None;
-            }
-            let (inverse, _) = crate::geometry::linalg::invert_spd(&block)?;
-            let gain = score.dot(&(inverse * &score));
-            let probability = upper_tail(gain, kept.len() as f64);
-            (probability < SUSPECT).then_some(Suspect {
-                group: candidate.name,
-                gain,
-                parameters: kept.len(),
-                probability,
-            })
-        })
-        .collect();
+    let test = |c: Candidate| score_test(c.name, &c.columns, &original, &solution.covariance, h, |i| system.g[i]);
+    let mut found: Vec<Suspect> = candidates.into_iter().filter_map(test).collect();
     found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     found
 }
@@ -197,45 +105,16 @@ fn extended(problem: &Problem<'_>, solution: &Solution) -> (Layout, State, Vec<u
     }
     for (index, c) in solved.cameras.iter().enumerate() {
         let camera = &mut state.cameras[index];
-        if camera.distortion == Distortion::None {
-            camera.distortion = Distortion::BrownConrady([0.0; 5]);
-        }
-        let mut unknowns = c.freedom.unknowns.clone();
+        camera.distortion = testable(camera.distortion);
+        let (freedom, groups) = widened(&c.freedom, problem.input.cameras()[index].distortion, &camera.distortion);
         let start = layout.count;
-        (0..unknowns.len()).for_each(|k| original[c.first + k] = start + k);
-        let lens = problem.input.cameras()[index].distortion;
-        for (what, parameters) in lens_groups(lens, &camera.distortion) {
-            let mut columns = Vec::new();
-            for parameter in parameters {
-                if !unknowns.iter().any(|u| u.moves(parameter)) {
-                    columns.push(start + unknowns.len());
-                    unknowns.push(Unknown { parameter, tied: None });
-                }
-            }
-            if !columns.is_empty() {
-                candidates.push(Candidate { name: format!("{what} of camera {index}"), columns });
-            }
-        }
-        layout.count += unknowns.len();
-        let freedom = Freedom { unknowns, priors: c.freedom.priors.clone() };
+        (0..c.freedom.count()).for_each(|k| original[c.first + k] = start + k);
+        candidates.extend(groups.into_iter().map(|(what, places)| Candidate {
+            name: format!("{what} of camera {index}"),
+            columns: places.into_iter().map(|k| start + k).collect(),
+        }));
+        layout.count += freedom.count();
         layout.cameras.push(CameraColumns { first: start, freedom });
     }
     (layout, state, original, candidates)
-}
-
-/// Groups of a camera's sixteen parameters to test.
-fn lens_groups(model: crate::calibrate::DistortionModel, distortion: &Distortion) -> Vec<(&'static str, Vec<usize>)> {
-    use crate::calibrate::DistortionModel as M;
-    let lens = match (model, distortion) {
-        (M::None | M::Radial1, Distortion::BrownConrady(_)) => vec![5, 6],
-        (M::Radial2, _) => vec![7, 8],
-        (_, Distortion::None) => Vec::new(),
-        _ => vec![5],
-    };
-    vec![
-        ("the focal length and principal point", vec![0, 3, 4]),
-        ("the lens distortion", lens),
-        ("the skew", vec![2]),
-        ("the pose", (10..16).collect()),
-    ]
 }

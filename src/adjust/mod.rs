@@ -18,9 +18,8 @@ mod solve;
 mod start;
 mod weakness;
 
+pub use crate::calibrate::{FitCheck, Suspect, Weakness};
 pub use adjusted::Adjusted;
-pub use check::{FitCheck, Suspect};
 pub use prior::Prior;
 pub use problem::{AdjustOptions, Adjustment, CameraSetup, Shot, Sighting, Station};
 pub use solve::adjust;
-pub use weakness::Weakness;

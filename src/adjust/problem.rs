@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, Matrix2, Vector2};
 
 use super::prior::Prior;
-use crate::calibrate::DistortionModel;
+use crate::calibrate::{Calibration, DistortionModel};
 use crate::control::Cancel;
 use crate::error::{Error, Result};
 use crate::geometry::{Camera, Distortion, Intrinsics, RIG_PARAMETERS, RigModel, RigParameter, Rigid};
@@ -63,6 +63,39 @@ impl CameraSetup {
             aspect_sigma: defaults.aspect_sigma,
             prior: None,
         }
+    }
+
+    /// A camera that is known already: `prior` says how well, in the order of
+    /// [`Calibration::covariance`]. Nothing else is believed of its skew and aspect.
+    pub fn known(camera: Camera, prior: Prior) -> Self {
+        let distortion = match camera.distortion {
+            Distortion::None => DistortionModel::None,
+            Distortion::BrownConrady(_) => DistortionModel::BrownConrady,
+            Distortion::Division(_) => DistortionModel::Division,
+            Distortion::Fisheye(_) => DistortionModel::Fisheye,
+        };
+        Self {
+            distortion,
+            skew_sigma: f64::INFINITY,
+            aspect_sigma: f64::INFINITY,
+            prior: Some((camera, prior)),
+            ..Self::new(camera.width, camera.height)
+        }
+    }
+
+    /// A camera as an earlier calibration left it, from other measurements than those to come; what
+    /// was fixed there stays fixed.
+    pub fn calibrated(earlier: &Calibration) -> Self {
+        let mut covariance = earlier.covariance.clone();
+        // Square pixels were forced: fx and fy are one unknown, whose variance must not count twice.
+        let difference = covariance[(0, 0)] + covariance[(1, 1)] - 2.0 * covariance[(0, 1)];
+        let square = covariance[(0, 0)] > 0.0 && difference.abs() <= 1e-12 * covariance[(0, 0)];
+        if square {
+            covariance.row_mut(1).fill(0.0);
+            covariance.column_mut(1).fill(0.0);
+        }
+        let known = Self::known(earlier.camera, Prior::of_covariance(covariance));
+        if square { Self { aspect_sigma: 0.0, ..known } } else { known }
     }
 }
 
@@ -240,6 +273,49 @@ impl Adjustment {
         }
         self.shots.push(shot);
         Ok(index)
+    }
+
+    /// Adds shots, all or none; returns the first one's index.
+    pub fn add_shots(&mut self, shots: impl IntoIterator<Item = Shot>) -> Result<usize> {
+        let first = self.shots.len();
+        for shot in shots {
+            if let Err(e) = self.add_shot(shot) {
+                self.shots.truncate(first);
+                return Err(e);
+            }
+        }
+        Ok(first)
+    }
+
+    /// Adds where a camera saw a shot that is there already.
+    ///
+    /// # Errors
+    /// As for [`add_shot`](Self::add_shot).
+    pub fn add_sighting(&mut self, shot: usize, sighting: Sighting) -> Result<()> {
+        let (count, cameras) = (self.shots.len(), self.cameras.len());
+        let seen = self.shots.get_mut(shot).ok_or_else(|| Error::invalid("shot", format!("{shot} of {count}")))?;
+        if sighting.camera >= cameras {
+            return Err(Error::invalid("camera", format!("shot {shot}: {} of {cameras}", sighting.camera)));
+        }
+        if seen.sightings.iter().any(|s| s.camera == sighting.camera) {
+            return Err(Error::invalid("camera", format!("shot {shot} is seen twice by camera {}", sighting.camera)));
+        }
+        check_spot(&sighting.pixel, &sighting.covariance, shot)?;
+        seen.sightings.push(sighting);
+        Ok(())
+    }
+
+    /// Adds sightings with the shots that they are of, all or none.
+    pub fn add_sightings(&mut self, sightings: &[(usize, Sighting)]) -> Result<()> {
+        for (done, (shot, sighting)) in sightings.iter().enumerate() {
+            if let Err(e) = self.add_sighting(*shot, *sighting) {
+                for (shot, _) in sightings.iter().take(done).rev() {
+                    self.shots[*shot].sightings.pop();
+                }
+                return Err(e);
+            }
+        }
+        Ok(())
     }
 
     pub fn rig(&self) -> &RigModel {

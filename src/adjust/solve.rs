@@ -9,6 +9,7 @@ use super::layout::{Layout, State};
 use super::linearise::{Problem, System};
 use super::problem::{AdjustOptions, Adjustment};
 use super::{outliers, start, weakness};
+use crate::calibrate::weakness::scaled;
 use crate::error::{Degeneracy, Error, Result};
 
 const MAX_ROUNDS: usize = 20;
@@ -172,18 +173,6 @@ fn squared_length(system: &System, step: &[f64], damping: f64) -> f64 {
     step.iter().enumerate().map(|(i, s)| s * (system.g[i] - damping * s * system.h[(i, i)])).sum()
 }
 
-/// Scales a symmetric matrix (lower triangle given) to unit diagonal; `None` for a diagonal entry
-/// that is not positive.
-fn scaled(h: &Mat<f64>) -> Option<(Mat<f64>, Vec<f64>)> {
-    let n = h.nrows();
-    let scale: Vec<f64> = (0..n).map(|i| 1.0 / h[(i, i)].sqrt()).collect();
-    if scale.iter().any(|s| !s.is_finite()) {
-        return None;
-    }
-    let at = |i: usize, j: usize| h[(i.max(j), i.min(j))] * scale[i] * scale[j];
-    Some((Mat::from_fn(n, n, at), scale))
-}
-
 /// (H + damping diag H) step = g.
 fn damped_step(system: &System, damping: f64) -> Option<Vec<f64>> {
     let (mut a, scale) = scaled(&system.h)?;
@@ -206,14 +195,6 @@ pub(super) fn covariance(h: &Mat<f64>) -> Option<DMatrix<f64>> {
     let lost = (0..n).any(|i| inverse[(i, i)].is_nan() || inverse[(i, i)] > MAX_CONDITION);
     let symmetric = |i: usize, j: usize| 0.5 * (inverse[(i, j)] + inverse[(j, i)]) * scale[i] * scale[j];
     (!lost).then(|| DMatrix::from_fn(n, n, symmetric))
-}
-
-/// Eigenvalues (ascending) and eigenvectors of the normal equations at unit diagonal.
-pub(super) fn spectrum(h: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
-    let (a, _) = scaled(h)?;
-    let eigen = a.self_adjoint_eigen(Side::Lower).ok()?;
-    let values: Vec<f64> = eigen.S().column_vector().iter().copied().collect();
-    Some((values, eigen.U().to_owned()))
 }
 
 /// The last linearisation, the gates, and the answer.

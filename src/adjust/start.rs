@@ -47,9 +47,9 @@ pub(super) fn start(input: &Adjustment, options: &AdjustOptions) -> Result<State
     let depths = Depths::of(input);
     let mut stations: Vec<Option<Rigid>> = input.stations().iter().map(|s| s.pose).collect();
     let mut cameras: Vec<Option<Camera>> = vec![None; input.cameras().len()];
-    let mut failure = None;
     loop {
         options.cancel.check()?;
+        let mut failure = None;
         let mut progress = false;
         for (index, camera) in cameras.iter_mut().enumerate().filter(|(_, c)| c.is_none()) {
             match start_camera(input, index, &depths, &stations, options) {
@@ -58,7 +58,7 @@ pub(super) fn start(input: &Adjustment, options: &AdjustOptions) -> Result<State
                     progress = true;
                 }
                 Err(Error::Cancelled) => return Err(Error::Cancelled),
-                Err(e) => failure = Some(Error::in_camera(index, e)),
+                Err(e) => failure = failure.or_else(|| Some(Error::in_camera(index, e))),
             }
         }
         for (index, station) in stations.iter_mut().enumerate().filter(|(_, s)| s.is_none()) {

@@ -79,6 +79,11 @@ impl Freedom {
     pub fn count(&self) -> usize {
         self.unknowns.len()
     }
+
+    /// Priors that say something: one of infinite width is no measurement.
+    pub fn soft_priors(&self) -> usize {
+        self.priors.iter().filter(|row| row.iter().any(|v| *v != 0.0)).count()
+    }
 }
 
 /// A model without distortion of the kind that `model` fits; of a fisheye the equidistant lens.

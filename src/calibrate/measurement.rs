@@ -10,12 +10,10 @@ use crate::geometry::linalg::symmetric_eigen3;
 use crate::geometry::{Camera, InverseDepthPoint};
 
 /// One observation: a residual of two numbers with its covariance under every camera.
-// Points are the rule and come in hundred thousands: an allocation each would cost more than the size.
-#[expect(clippy::large_enum_variant)]
 #[derive(Debug, Clone)]
 pub(crate) enum Measurement {
     Point(PointMeasurement),
-    Line(Box<LineMeasurement>),
+    Line(LineMeasurement),
 }
 
 impl Measurement {
@@ -30,7 +28,7 @@ impl Measurement {
                 assumed_noise: pixel_covariance.is_none() && sigma_is_assumed,
                 ..PointMeasurement::point(world, world_covariance.as_ref(), *pixel)
             }),
-            Observation::Line(line) => Self::Line(Box::new(LineMeasurement::new(line, pixel_sigma, sigma_is_assumed))),
+            Observation::Line(line) => Self::Line(LineMeasurement::new(line, pixel_sigma, sigma_is_assumed)),
         }
     }
 

@@ -1,6 +1,7 @@
 //! Calibration of a fixed camera from 2D-3D sets.
 
 pub mod boards;
+pub(crate) mod check;
 mod closed_form;
 mod consensus;
 pub mod correspondences;
@@ -21,13 +22,16 @@ mod spread;
 mod stand_ins;
 mod start;
 pub mod uncertainty;
+pub(crate) mod weakness;
 
 pub use boards::{BoardCalibration, BoardCorner, Boards, calibrate_from_boards};
+pub use check::{FitCheck, Suspect};
 pub use correspondences::{Correspondences, Observation};
 pub use laser_line::{LaserCalibration, calibrate_laser_line};
 pub use line::ObservedLine;
 pub use solve::calibrate_camera;
 pub use uncertainty::{UncertainPixel, UncertainPoint, UncertainRay};
+pub use weakness::Weakness;
 
 use nalgebra::{DMatrix, Vector2};
 
@@ -112,6 +116,8 @@ pub struct Calibration {
     /// Condition number of the normal equations at unit diagonal.
     pub condition: f64,
     pub iterations: usize,
+    /// Does the model fit? With noise that was estimated from the residuals only its suspects count.
+    pub check: FitCheck,
 }
 
 impl Calibration {

@@ -20,13 +20,21 @@ pub(crate) struct Refined {
     pub condition: f64,
     /// Sum of squared whitened residuals of pixels and depths.
     pub chi2: f64,
+    /// The same with the priors' share.
+    pub cost: f64,
+    /// Inverse depths of all measurements, those of shots estimated.
+    pub rhos: Vec<f64>,
+    /// Covariance of the freedom's unknowns.
+    pub columns: DMatrix<f64>,
+    /// Unit of the priors on skew and aspect, px.
+    pub focal: f64,
     pub iterations: usize,
 }
 
 /// What the linearisation at one estimate gives.
-struct System {
-    h: DMatrix<f64>,
-    g: DVector<f64>,
+pub(super) struct System {
+    pub h: DMatrix<f64>,
+    pub g: DVector<f64>,
     /// Data and priors.
     cost: f64,
     chi2: f64,
@@ -107,9 +115,20 @@ pub(crate) fn refine(
         Error::degenerate(crate::error::Degeneracy::IllConditioned, "the normal equations are singular")
     })?;
     let s = DMatrix::from_fn(ALL, freedom.count(), |i, j| f64::from(freedom.unknowns[j].moves(i)));
-    let covariance = &s * inverse * s.transpose();
+    let covariance = &s * &inverse * s.transpose();
     let focal_deviation = covariance[(0, 0)].max(covariance[(1, 1)]).max(0.0).sqrt() / state.intrinsics.fx;
-    Ok(Refined { camera: state, covariance, focal_deviation, condition, chi2: system.chi2, iterations })
+    Ok(Refined {
+        camera: state,
+        covariance,
+        focal_deviation,
+        condition,
+        chi2: system.chi2,
+        cost: system.cost,
+        rhos,
+        columns: inverse,
+        focal,
+        iterations,
+    })
 }
 
 fn no_convergence(iterations: usize, detail: impl Into<String>) -> Error {
@@ -118,7 +137,11 @@ fn no_convergence(iterations: usize, detail: impl Into<String>) -> Error {
 
 /// Per measurement L^-1 with L L^T the covariance of its pixel; a point's own covariance is
 /// propagated at the given camera and then held.
-fn whitenings(measurements: &[Measurement], camera: &Camera, noise_factor: f64) -> Result<Vec<Matrix2<f64>>> {
+pub(super) fn whitenings(
+    measurements: &[Measurement],
+    camera: &Camera,
+    noise_factor: f64,
+) -> Result<Vec<Matrix2<f64>>> {
     measurements
         .iter()
         .enumerate()
@@ -154,7 +177,7 @@ fn held_covariance(m: &PointMeasurement, camera: &Camera, factor: f64) -> Option
 }
 
 /// Normal equations at an estimate, inverse depths eliminated; `None` when a point cannot be projected.
-fn linearise(
+pub(super) fn linearise(
     measurements: &[Measurement],
     weights: &[Matrix2<f64>],
     camera: &Camera,

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, Vector2};
 
+use super::check;
 use super::consensus::CHI2_MEDIAN;
 use super::freedom::{ALL, Freedom};
 use super::measurement::Measurement;
@@ -76,7 +77,7 @@ pub fn calibrate_camera(set: &Correspondences, options: &CalibrationOptions) -> 
     let inliers: Vec<Measurement> = select(&measurements, &fitted.inliers);
     // Again without the outliers, which can lend relief to a plane.
     spread::check(&inliers, known, needed, Noise::Counted)?;
-    verdict(set, &measurements, options, fitted)
+    verdict(set, &measurements, options, &freedom, fitted)
 }
 
 fn is_geometry(e: &Error) -> bool {
@@ -322,6 +323,7 @@ fn verdict(
     set: &Correspondences,
     measurements: &[Measurement],
     options: &CalibrationOptions,
+    freedom: &Freedom,
     fitted: Fitted,
 ) -> Result<Calibration> {
     let Fitted { refined, inliers, noise_factor } = fitted;
@@ -349,6 +351,9 @@ fn verdict(
         }
         camera.check_lens()?;
     }
+    let subset = select(measurements, &inliers);
+    let assumed = subset.iter().any(Measurement::assumed_noise);
+    let check = check::check(&subset, &refined, freedom, options.distortion, if assumed { noise_factor } else { 1.0 });
     let covariance = compact(&refined.covariance, camera.distortion.coefficients().len());
     Ok(Calibration {
         camera,
@@ -359,6 +364,7 @@ fn verdict(
         noise_factor,
         condition: refined.condition,
         iterations: refined.iterations,
+        check,
     })
 }
 

@@ -351,7 +351,7 @@ pub unsafe extern "C" fn ptzcal_board_calibration_copy_camera(
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
         let (camera, calibration) = unsafe { (HandleOut::new(camera)?, borrow(calibration)?) };
-        camera.give(ptzcal_calibration(calibration.result.calibration.clone()));
+        camera.give(ptzcal_calibration::from(calibration.result.calibration.clone()));
         Ok(())
     })
 }

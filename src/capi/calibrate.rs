@@ -4,12 +4,15 @@
 //! pose with their covariance, sets gross outliers aside, and refuses sets that cannot determine the
 //! answer, with a hint that says what to add. The same input and seed give the same result.
 
+use std::ffi::CString;
+use std::sync::OnceLock;
+
 use super::args::BufferOut;
 use super::calibration_options::ptzcal_calibration_options;
 use super::call::{ErrorOut, guard, guard_or};
 use super::camera::ptzcal_camera;
 use super::correspondences::ptzcal_correspondences;
-use super::error::ptzcal_error;
+use super::error::{c_string, ptzcal_error};
 use super::handle::{Handle, HandleOut, borrow, free};
 use super::sized::{self, SizedOut, SizedStruct};
 use super::status::ptzcal_status;
@@ -17,10 +20,22 @@ use crate::calibrate::{Calibration, calibrate_camera};
 
 /// A calibrated camera with all that says how good it is. Immutable: any number of threads may read
 /// it.
-pub struct ptzcal_calibration(pub(super) Calibration);
+pub struct ptzcal_calibration {
+    pub(super) answer: Calibration,
+    /// The texts that C borrows.
+    pub(super) warnings: Vec<CString>,
+    pub(super) weakest: OnceLock<CString>,
+}
 
 impl Handle for ptzcal_calibration {
     const NAME: &'static str = "calibration";
+}
+
+impl From<Calibration> for ptzcal_calibration {
+    fn from(answer: Calibration) -> Self {
+        let warnings = answer.check.warnings.iter().map(|w| c_string(w)).collect();
+        Self { answer, warnings, weakest: OnceLock::new() }
+    }
 }
 
 /// What a calibration says about itself.
@@ -43,6 +58,15 @@ pub struct ptzcal_calibration_summary {
     pub noise_factor: f64,
     /// Condition number of the normal equations, scaled to unit diagonal; 1 is perfect.
     pub condition: f64,
+    /// Sum of squared residuals, each over its stated standard deviation, priors included.
+    pub chi2: f64,
+    /// Its degrees of freedom.
+    pub degrees_of_freedom: u64,
+    /// Chance of such residuals or larger ones when model and stated noise are right. Below 0.001 the
+    /// model does not fit. Means nothing where the noise was estimated from the residuals.
+    pub probability: f64,
+    /// How many warnings there are: see ptzcal_calibration_warning.
+    pub warnings: u64,
 }
 
 // SAFETY: numbers, `struct_size` first.
@@ -59,6 +83,10 @@ unsafe impl SizedStruct for ptzcal_calibration_summary {
             rms: 0.0,
             noise_factor: 0.0,
             condition: 0.0,
+            chi2: 0.0,
+            degrees_of_freedom: 0,
+            probability: 0.0,
+            warnings: 0,
         }
     }
 }
@@ -74,6 +102,10 @@ impl From<&Calibration> for ptzcal_calibration_summary {
             rms: c.rms,
             noise_factor: c.noise_factor,
             condition: c.condition,
+            chi2: c.check.chi2,
+            degrees_of_freedom: c.check.freedom as u64,
+            probability: c.check.probability,
+            warnings: c.check.warnings.len() as u64,
         }
     }
 }
@@ -105,7 +137,7 @@ pub unsafe extern "C" fn ptzcal_calibrate_camera(
         let (result, set, options) =
             unsafe { (HandleOut::new(result)?, borrow(set)?, ptzcal_calibration_options::settings(options)?) };
         let set = set.0.read(ptzcal_correspondences::NAME)?;
-        result.give(ptzcal_calibration(calibrate_camera(&set, &options)?));
+        result.give(calibrate_camera(&set, &options)?.into());
         Ok(())
     })
 }
@@ -142,7 +174,7 @@ pub unsafe extern "C" fn ptzcal_calibration_get_camera(
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
         let (calibration, camera) = unsafe { (borrow(calibration)?, SizedOut::new(camera)?) };
-        camera.write(&(&calibration.0.camera).into());
+        camera.write(&(&calibration.answer.camera).into());
         Ok(())
     })
 }
@@ -184,7 +216,7 @@ pub unsafe extern "C" fn ptzcal_calibration_get_summary(
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
         let (calibration, summary) = unsafe { (borrow(calibration)?, SizedOut::new(summary)?) };
-        summary.write(&(&calibration.0).into());
+        summary.write(&(&calibration.answer).into());
         Ok(())
     })
 }
@@ -220,7 +252,7 @@ pub unsafe extern "C" fn ptzcal_calibration_copy_covariance(
         // SAFETY: the caller keeps the header's rules for pointers.
         let (calibration, buffer) = unsafe { (borrow(calibration)?, BufferOut::new(buffer, capacity, needed)?) };
         // nalgebra is column-major; the transpose of it is row-major, whatever its symmetry.
-        buffer.write(calibration.0.covariance.transpose().as_slice())
+        buffer.write(calibration.answer.covariance.transpose().as_slice())
     })
 }
 
@@ -251,7 +283,7 @@ pub unsafe extern "C" fn ptzcal_calibration_copy_residuals(
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
         let (calibration, buffer) = unsafe { (borrow(calibration)?, BufferOut::new(buffer, capacity, needed)?) };
-        let residuals: Vec<f64> = calibration.0.residuals.iter().flat_map(|r| [r.x, r.y]).collect();
+        let residuals: Vec<f64> = calibration.answer.residuals.iter().flat_map(|r| [r.x, r.y]).collect();
         buffer.write(&residuals)
     })
 }
@@ -281,7 +313,7 @@ pub unsafe extern "C" fn ptzcal_calibration_copy_inliers(
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
         let (calibration, buffer) = unsafe { (borrow(calibration)?, BufferOut::new(buffer, capacity, needed)?) };
-        let inliers: Vec<u8> = calibration.0.inliers.iter().map(|i| u8::from(*i)).collect();
+        let inliers: Vec<u8> = calibration.answer.inliers.iter().map(|i| u8::from(*i)).collect();
         buffer.write(&inliers)
     })
 }

@@ -48,7 +48,7 @@ pub unsafe extern "C" fn ptzcal_calibration_save(
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
         let (calibration, path) = unsafe { (borrow(calibration)?, self::path(path)?) };
-        write_camera(&path, &calibration.0.record())
+        write_camera(&path, &calibration.answer.record())
     })
 }
 

@@ -121,7 +121,7 @@ pub unsafe extern "C" fn ptzcal_calibrate_laser_line(
             )
         };
         let boards = boards.0.read(ptzcal_boards::NAME)?;
-        let found = calibrate_laser_line(&boards, lens.map(|l| &l.0), &options)?;
+        let found = calibrate_laser_line(&boards, lens.map(|l| &l.answer), &options)?;
         laser.give(ptzcal_laser_calibration(found));
         Ok(())
     })

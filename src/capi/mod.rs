@@ -26,9 +26,16 @@ mod call;
 mod handle;
 mod sized;
 
+pub mod adjust;
+pub mod adjusted;
+pub mod adjusted_check;
+pub mod adjusted_points;
+pub mod adjustment;
+pub mod adjustment_shots;
 pub mod args;
 pub mod boards;
 pub mod calibrate;
+pub mod calibration_check;
 pub mod calibration_options;
 pub mod camera;
 pub mod cancel;

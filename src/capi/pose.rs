@@ -2,6 +2,8 @@
 //!
 //! The pose of one station of a rig in another's frame, from the roof edges that both measured.
 
+use nalgebra::{Matrix3, Vector3};
+
 use super::args::{BufferOut, number};
 use super::call::{ErrorOut, guard, guard_or};
 use super::error::ptzcal_error;
@@ -112,6 +114,16 @@ impl From<&PoseEstimate> for ptzcal_pose {
             ..Self::of(&e.b_to_a)
         }
     }
+}
+
+/// The caller's pose as a transform; its other members do not matter.
+///
+/// # Safety
+/// `pose` is NULL or a struct as long as its `struct_size` says.
+pub(super) unsafe fn pose_in(pose: *const ptzcal_pose) -> Result<Rigid> {
+    // SAFETY: by this function's contract.
+    let pose = unsafe { sized::read(pose)? };
+    Ok(Rigid { rotation: Matrix3::from_row_slice(&pose.rotation), translation: Vector3::from(pose.translation) })
 }
 
 /// Makes options with their defaults: roof-edge Procrustes, levers of the scene's size, planes and

@@ -48,7 +48,8 @@
  *   the other knows. A library newer than your header fills in the initial value for what you do not
  *   have, and never touches memory past struct_size. A library older than your header refuses with
  *   PTZCAL_STATUS_UNSUPPORTED what it does not know, unless it is still 0 as _init left it.
- *   Options are handles with one setter for each setting, and grow by new functions.
+ *   Options are handles with one setter for each setting, and grow by new functions; those that are
+ *   nothing but numbers (ptzcal_adjust_options) are such a struct.
  *
  * ERRORS
  *   Every function that returns ptzcal_status may return, besides what its comment lists,

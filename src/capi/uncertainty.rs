@@ -59,7 +59,7 @@ pub unsafe extern "C" fn ptzcal_calibration_project(
         let (mut pixels, mut covariances) = (Vec::with_capacity(n), Vec::with_capacity(n));
         for (i, point) in xyz.iter().enumerate() {
             let covariance = xyz_covariance.map(|c| Matrix3::from_row_slice(&c[i]));
-            let seen = calibration.0.project(&Vector3::from(*point), covariance.as_ref()).map_err(|e| at(e, i))?;
+            let seen = calibration.answer.project(&Vector3::from(*point), covariance.as_ref()).map_err(|e| at(e, i))?;
             pixels.push(seen.pixel.into());
             covariances.push([seen.covariance.m11, seen.covariance.m12, seen.covariance.m22]);
         }
@@ -113,7 +113,7 @@ pub unsafe extern "C" fn ptzcal_calibration_back_project(
                 ArrayOut::vectors_optional::<36>(ray_covariance, n, "ray_covariance")?,
             )
         };
-        let rays = rays(&calibration.0, uv, uv_covariance)?;
+        let rays = rays(&calibration.answer, uv, uv_covariance)?;
         directions.write(&rays.iter().map(|r| r.ray.direction.into()).collect::<Vec<[f64; 3]>>());
         if let Some(out) = ray_covariance {
             // Symmetric: the order of rows and columns is all one.
@@ -173,7 +173,7 @@ pub unsafe extern "C" fn ptzcal_calibration_back_project_to_plane(
         };
         let plane = Plane::new(Vector3::from(normal), number(distance, "distance")?)
             .ok_or_else(|| Error::invalid("normal", "the plane has none"))?;
-        let points = rays(&calibration.0, uv, uv_covariance)?
+        let points = rays(&calibration.answer, uv, uv_covariance)?
             .iter()
             .enumerate()
             .map(|(index, ray)| ray.intersect(&plane).ok_or(Error::BehindCamera { index }))

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::region::ScanRegion;
+use crate::adjust::{self, Adjustment};
 use crate::calibrate::{Calibration, Correspondences, Observation};
 use crate::detect::spot::Spot;
 use crate::error::{Error, Result, Status};
@@ -169,6 +170,48 @@ impl Scan {
             .get(camera)
             .ok_or_else(|| Error::invalid("camera", format!("{camera} of {}", self.fixed_sizes.len())))?;
         correspondences(self.shots.iter(), camera, width, height)
+    }
+
+    /// Adds all shots to a joint adjustment, taken from its `station`: shot i becomes shot first + i,
+    /// where first is returned. `cameras` says for each fixed camera which one of the adjustment it
+    /// is; `None` leaves its spots out. All shots are added, or none.
+    ///
+    /// # Errors
+    /// `InvalidArgument` for another number of cameras, an index that does not exist, and image sizes
+    /// that differ.
+    pub fn add_to(&self, adjustment: &mut Adjustment, station: usize, cameras: &[Option<usize>]) -> Result<usize> {
+        if cameras.len() != self.fixed_sizes.len() {
+            let reason = format!("{}, the scan watched {}", cameras.len(), self.fixed_sizes.len());
+            return Err(Error::invalid("cameras", reason));
+        }
+        let same = |name, own: (u32, u32), other: (u32, u32)| {
+            let reason = || format!("{} x {}, the scan has {} x {}", other.0, other.1, own.0, own.1);
+            if own == other { Ok(()) } else { Err(Error::invalid(name, reason())) }
+        };
+        let rig = adjustment.rig();
+        same("rig", (self.model.width, self.model.height), (rig.width, rig.height))?;
+        for (size, camera) in self.fixed_sizes.iter().zip(cameras) {
+            let Some(camera) = *camera else { continue };
+            let setups = adjustment.cameras();
+            let none = || Error::invalid("cameras", format!("camera {camera} of {}", setups.len()));
+            let setup = setups.get(camera).ok_or_else(none)?;
+            same("cameras", *size, (setup.width, setup.height))?;
+        }
+        let pixel = |spot: &Spot| (Vector2::new(spot.x, spot.y), spot_covariance(spot));
+        adjustment.add_shots(self.shots.iter().map(|s| {
+            adjust::Shot {
+                station,
+                pan: s.pan,
+                tilt: s.tilt,
+                head: s.head.as_ref().ok().map(pixel),
+                sightings: (s.fixed.iter().zip(cameras))
+                    .filter_map(|(seen, camera)| {
+                        let (pixel, covariance) = pixel(seen.as_ref().ok()?);
+                        Some(adjust::Sighting { camera: (*camera)?, pixel, covariance })
+                    })
+                    .collect(),
+            }
+        }))
     }
 
     /// The points measured with the head camera, where their depth is finite.

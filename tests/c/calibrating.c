@@ -260,9 +260,46 @@ static void laser_shots(void)
   ptzcal_correspondences_free(set);
 }
 
+/* A lens that was left out is named; what fits is not doubted. */
+static void a_model_that_does_not_fit_is_said(void)
+{
+  ptzcal_calibration_options *settings;
+  ptzcal_calibration_summary summary;
+  int distorted;
+  CHECK_OK(ptzcal_calibration_options_new(&settings, NULL));
+  /* The noise of make_points is uniform within 0.3 px. */
+  CHECK_OK(ptzcal_calibration_options_set_pixel_sigma(settings, 0.3 / sqrt(3.0), NULL));
+  CHECK_OK(ptzcal_calibration_summary_init(&summary, sizeof summary));
+  for (distorted = 0; distorted < 2; distorted++) {
+    ptzcal_camera truth;
+    ptzcal_calibration *result;
+    make_camera(&truth);
+    truth.distortion_model = PTZCAL_DISTORTION_MODEL_DIVISION;
+    truth.distortion[0] = distorted ? -0.05 : 0.0;
+    make_points(&truth, xyz, uv, N, 0.3);
+    CHECK_OK(calibrate_set(xyz, uv, N, settings, &result, NULL));
+    CHECK_OK(ptzcal_calibration_get_summary(result, &summary, NULL));
+    CHECK(summary.degrees_of_freedom > N && summary.chi2 > 0);
+    if (distorted) {
+      CHECK(summary.warnings >= 1 && summary.probability < 0.001);
+      CHECK(strstr(ptzcal_calibration_warning(result, (size_t)summary.warnings - 1), "lens distortion") != NULL);
+    } else {
+      CHECK(summary.warnings == 0 && summary.probability > 0.001);
+    }
+    CHECK(strcmp(ptzcal_calibration_warning(result, (size_t)summary.warnings), "") == 0);
+    CHECK(strcmp(ptzcal_calibration_warning(result, SIZE_MAX), "") == 0);
+    CHECK(strncmp(ptzcal_calibration_weakest(result), "weakest: camera ", 16) == 0);
+    CHECK(ptzcal_calibration_weakest(result) == ptzcal_calibration_weakest(result));
+    ptzcal_calibration_free(result);
+  }
+  CHECK(strcmp(ptzcal_calibration_warning(NULL, 0), "") == 0 && strcmp(ptzcal_calibration_weakest(NULL), "") == 0);
+  ptzcal_calibration_options_free(settings);
+}
+
 int main(void)
 {
   a_known_camera_is_found();
+  a_model_that_does_not_fit_is_said();
   options();
   sets_that_cannot_tell();
   untidy_sets();

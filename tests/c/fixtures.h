@@ -29,6 +29,10 @@ static ptzcal_region fixture_region[1];
 static ptzcal_shot fixture_shot[1];
 static ptzcal_scan_summary fixture_scan_summary[1];
 
+static ptzcal_adjust_options fixture_adjust_options[1];
+static ptzcal_adjusted_summary fixture_adjusted_summary[1];
+static ptzcal_suspect fixture_suspect[1];
+
 static ptzcal_error *fixture_error;
 static ptzcal_cancel *fixture_cancel;
 static ptzcal_spot_options *fixture_spot_options;
@@ -46,10 +50,15 @@ static ptzcal_rig_options *fixture_rig_options;
 static ptzcal_rig *fixture_rig;
 static ptzcal_scan_options *fixture_scan_options;
 static ptzcal_scan *fixture_scan;
+static ptzcal_adjustment *fixture_adjustment;
+static ptzcal_adjusted *fixture_adjusted;
 
 static unsigned char fixture_pixels[16 * 12];
 static double fixture_xyz[FIXTURE_POINTS * 3];
 static double fixture_uv[FIXTURE_POINTS * 2];
+static uint8_t fixture_flags[4];
+static size_t fixture_shots[4];
+static uint32_t fixture_cameras[4];
 
 /* Uniform in [-1, 1], the same on every machine. */
 static inline double fixture_random(uint32_t *state)
@@ -167,6 +176,60 @@ static inline void make_image(ptzcal_image *image, const void *pixels, uint32_t 
   image->size[0] = (size_t)width * height;
 }
 
+/* Where the laser of a rig at `station` hits at `depth` along the head camera's axis, in the world,
+ * and where the head camera sees it. */
+static inline void make_shot(const ptzcal_rig_model *rig, const ptzcal_pose *station, const double *pan_tilt,
+                             double depth, double *point, double *spot)
+{
+  ptzcal_camera head;
+  double beam[3], here[3];
+  int i, k;
+  CHECK_OK(ptzcal_camera_init(&head, sizeof head));
+  CHECK_OK(ptzcal_rig_model_head_camera(rig, pan_tilt[0], pan_tilt[1], &head, NULL));
+  beam[0] = rig->laser_x0 + rig->laser_vx * depth - head.translation[0];
+  beam[1] = rig->laser_y0 + rig->laser_vy * depth - head.translation[1];
+  beam[2] = depth - head.translation[2];
+  for (i = 0; i < 3; i++)
+    for (k = 0, here[i] = 0.0; k < 3; k++) here[i] += head.rotation[3 * k + i] * beam[k];
+  CHECK_OK(ptzcal_camera_project(&head, here, 1, spot, NULL));
+  for (i = 0; i < 3; i++)
+    for (k = 0, point[i] = station->translation[i]; k < 3; k++) point[i] += station->rotation[3 * i + k] * here[k];
+}
+
+/* A survey from one station: what `rig` shoots, believed to be `model`, seen by the cameras. Noise is
+ * uniform of half width `noise`; covariances say so. */
+static inline void make_survey(ptzcal_adjustment **survey, const ptzcal_rig_model *model, const ptzcal_rig_model *rig,
+                               const ptzcal_camera *cameras, uint32_t n_cameras, size_t n, double noise)
+{
+  const double variance = noise * noise / 3.0, covariance[3] = {variance, 0.0, variance};
+  ptzcal_pose world;
+  uint32_t state = 11, camera, station;
+  size_t i, first;
+  int k;
+  CHECK_OK(ptzcal_pose_init(&world, sizeof world));
+  CHECK_OK(ptzcal_adjustment_new(model, survey, NULL));
+  CHECK_OK(ptzcal_adjustment_add_station(*survey, &world, NULL, &station, NULL));
+  for (camera = 0; camera < n_cameras; camera++) {
+    uint32_t index;
+    CHECK_OK(ptzcal_adjustment_add_camera(*survey, cameras[camera].width, cameras[camera].height, NULL, &index, NULL));
+    CHECK(index == camera);
+  }
+  for (i = 0; i < n; i++) {
+    double pan_tilt[2], spot[2], point[3], uv[2], depth = 3.0 + 1.5 * fixture_random(&state);
+    pan_tilt[0] = -0.15 + 0.25 * fixture_random(&state);
+    pan_tilt[1] = 0.2 * fixture_random(&state);
+    make_shot(rig, &world, pan_tilt, depth, point, spot);
+    for (k = 0; k < 2; k++) spot[k] += noise * fixture_random(&state);
+    CHECK_OK(ptzcal_adjustment_add_shots(*survey, station, pan_tilt, spot, covariance, NULL, 1, &first, NULL));
+    CHECK(first == i);
+    for (camera = 0; camera < n_cameras; camera++) {
+      CHECK_OK(ptzcal_camera_project(&cameras[camera], point, 1, uv, NULL));
+      for (k = 0; k < 2; k++) uv[k] += noise * fixture_random(&state);
+      CHECK_OK(ptzcal_adjustment_add_sightings(*survey, camera, &first, uv, covariance, 1, NULL));
+    }
+  }
+}
+
 /* A corner of a room, seen from (x, 0, 0) in its frame: three planes, and their three edges. */
 static inline void make_corner(ptzcal_roof_edges **edges, double x)
 {
@@ -246,6 +309,11 @@ static inline void make_ptz(ptzcal_ptz *ptz)
 
 static inline void make_fixtures(void)
 {
+  uint32_t i;
+  for (i = 0; i < 4; i++) {
+    fixture_flags[i] = i != 1;
+    fixture_shots[i] = fixture_cameras[i] = i;
+  }
   make_camera(fixture_camera);
   make_rig_model(fixture_rig_model);
   make_image(fixture_image, fixture_pixels, 16, 12);
@@ -282,10 +350,21 @@ static inline void make_fixtures(void)
   CHECK_OK(ptzcal_scan_summary_init(fixture_scan_summary, sizeof *fixture_scan_summary));
   CHECK_OK(ptzcal_scan_options_new(&fixture_scan_options, NULL));
   CHECK_OK(ptzcal_rig_scan_region(fixture_rig, fixture_region, NULL, NULL, NULL, &fixture_scan, NULL));
+  {
+    ptzcal_camera cameras[2];
+    cameras[0] = cameras[1] = *fixture_camera;
+    make_survey(&fixture_adjustment, fixture_rig_model, fixture_rig_model, cameras, 2, FIXTURE_POINTS, 0.3);
+  }
+  CHECK_OK(ptzcal_adjust_options_init(fixture_adjust_options, sizeof *fixture_adjust_options));
+  CHECK_OK(ptzcal_adjusted_summary_init(fixture_adjusted_summary, sizeof *fixture_adjusted_summary));
+  CHECK_OK(ptzcal_suspect_init(fixture_suspect, sizeof *fixture_suspect));
+  CHECK_OK(ptzcal_adjustment_solve(fixture_adjustment, NULL, NULL, &fixture_adjusted, NULL));
 }
 
 static inline void free_fixtures(void)
 {
+  ptzcal_adjusted_free(fixture_adjusted);
+  ptzcal_adjustment_free(fixture_adjustment);
   ptzcal_scan_free(fixture_scan);
   ptzcal_scan_options_free(fixture_scan_options);
   CHECK_OK(ptzcal_rig_close(fixture_rig, NULL));

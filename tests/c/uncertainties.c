@@ -13,7 +13,7 @@ static void there_and_back(void)
   CHECK_OK(ptzcal_calibration_get_camera(fixture_calibration, &camera, NULL));
   CHECK_OK(ptzcal_camera_project(&camera, xyz, 2, plain, NULL));
   CHECK_OK(ptzcal_calibration_project(fixture_calibration, xyz, NULL, 2, uv, noise, NULL));
-  for (i = 0; i < 4; i++) CHECK_NEAR(uv[i], plain[i], 0.0);
+  for (i = 0; i < 4; i++) CHECK_NEAR(uv[i], plain[i], 1e-9);
   for (i = 0; i < 2; i++) CHECK(noise[3 * i] > 0 && noise[3 * i + 2] > 0 && noise[3 * i] < 1 && noise[3 * i + 2] < 1);
   of_xyz[0] = of_xyz[4] = of_xyz[8] = 1e-4; /* 1 cm in each axis of the first point */
   CHECK_OK(ptzcal_calibration_project(fixture_calibration, xyz, of_xyz, 2, uv, wider, NULL));

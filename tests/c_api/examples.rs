@@ -1,5 +1,6 @@
-//! The C examples, built and run as the README says; what they print is what users are promised.
+//! The C examples and the README's, built and run; what they print is what users are promised.
 
+use std::fs;
 use std::process::Command;
 
 use super::programs::{Link, compile};
@@ -17,4 +18,63 @@ fn the_c_example_calibrates_a_camera_through_callbacks() {
     };
     let (found, truth, off) = (number(": f "), number("truth "), number("within "));
     assert!((found / truth - 1.0).abs() < 0.003 && off < 3.0, "{line}");
+}
+
+/// What the README's adjustment takes for granted: a scan of the simulated room.
+const BEFORE: &str = r#"#include <math.h>
+#include <ptzcal.h>
+#include <stdio.h>
+
+int main(void)
+{
+  ptzcal_rig_options *rig_options;
+  ptzcal_scan_options *scan_options;
+  ptzcal_calibration_options *options;
+  ptzcal_calibration *calibration = NULL;
+  ptzcal_error *error = NULL;
+  ptzcal_rig *rig = NULL;
+  ptzcal_scan *scan = NULL;
+  ptzcal_simulator *simulator = NULL;
+  ptzcal_rig_model model;
+  ptzcal_camera found, truth;
+  ptzcal_region region;
+  double at[3], there[3];
+  ptzcal_rig_options_new(&rig_options, NULL);
+  ptzcal_rig_options_set_address(rig_options, "sim:room", NULL);
+  ptzcal_rig_open(rig_options, &rig, NULL);
+  ptzcal_scan_options_new(&scan_options, NULL);
+  ptzcal_scan_options_add_camera_address(scan_options, "sim:fixed/0", NULL, NULL);
+  ptzcal_region_init(&region, sizeof region);
+  region.pan_min = -0.45, region.pan_max = 0.25, region.tilt_min = -0.33, region.tilt_max = 0.28;
+  region.pan_steps = 12, region.tilt_steps = 8;
+  ptzcal_rig_scan_region(rig, &region, scan_options, NULL, NULL, &scan, NULL);
+  ptzcal_rig_model_init(&model, sizeof model);
+  ptzcal_rig_get_model(rig, &model, NULL);
+  ptzcal_calibration_options_new(&options, NULL);
+  ptzcal_calibration_options_set_distortion(options, PTZCAL_DISTORTION_MODEL_RADIAL2, NULL);
+"#;
+
+const AFTER: &str = r#"
+  ptzcal_rig_simulator(rig, &simulator, NULL);
+  ptzcal_camera_init(&found, sizeof found);
+  ptzcal_camera_init(&truth, sizeof truth);
+  ptzcal_calibration_get_camera(calibration, &found, NULL);
+  ptzcal_simulator_true_camera(simulator, 0, &truth, NULL);
+  if (ptzcal_camera_centre(&found, at, NULL) || ptzcal_camera_centre(&truth, there, NULL)) return 1;
+  printf("off %g\n", sqrt(pow(at[0] - there[0], 2) + pow(at[1] - there[1], 2) + pow(at[2] - there[2], 2)));
+  return 0;
+}
+"#;
+
+#[test]
+fn the_readme_adjusts_rig_and_cameras() {
+    let folder = tempfile::tempdir().unwrap();
+    let readme = fs::read_to_string(root().join("README.md")).unwrap();
+    let mut blocks = readme.split("```c\n").skip(1).map(|b| b.split("```").next().unwrap());
+    let block = blocks.find(|b| b.contains("ptzcal_adjustment_new")).expect("the README's adjustment");
+    let source = folder.path().join("readme.c");
+    fs::write(&source, format!("{BEFORE}{block}{AFTER}")).unwrap();
+    let said = text(&run(&mut Command::new(compile(&source, folder.path(), Link::Shared, &[]))));
+    let off: f64 = said.lines().last().unwrap().strip_prefix("off ").unwrap().parse().unwrap();
+    assert!(off < 3e-3, "{said}");
 }

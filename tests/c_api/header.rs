@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 29] = [
+const TOPICS: [&str; 36] = [
     "version",
     "status",
     "error",
@@ -24,6 +24,7 @@ const TOPICS: [&str; 29] = [
     "correspondences",
     "calibration_options",
     "calibrate",
+    "calibration_check",
     "uncertainty",
     "linear_methods",
     "boards",
@@ -36,6 +37,12 @@ const TOPICS: [&str; 29] = [
     "rig",
     "scan_options",
     "scan",
+    "adjustment",
+    "adjustment_shots",
+    "adjusted",
+    "adjusted_check",
+    "adjusted_points",
+    "adjust",
     "file",
 ];
 

@@ -22,6 +22,8 @@ fn good(found: &Declarations, f: &Function, p: &Param) -> String {
         "size_t" if p.name == "size" => format!("sizeof({})", f.params[0].kind.trim_end_matches(" *")),
         "size_t" => "4".into(),
         "const double *" => "numbers".into(),
+        "const uint8_t *" => "fixture_flags".into(),
+        "const uint32_t *" | "const size_t *" => format!("fixture_{}", p.name),
         "double *" | "uint8_t *" | "uint32_t *" | "int32_t *" | "size_t *" => "(void *)output".into(),
         "const ptzcal_image *const *" => "fixture_images".into(),
         "const char *" if p.name == "path" => "\"file\"".into(),

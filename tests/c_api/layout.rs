@@ -6,6 +6,9 @@ use std::fs;
 use std::mem::{offset_of, size_of};
 use std::process::Command;
 
+use ptzcal::capi::adjust::ptzcal_adjust_options;
+use ptzcal::capi::adjusted::ptzcal_adjusted_summary;
+use ptzcal::capi::adjusted_check::ptzcal_suspect;
 use ptzcal::capi::boards::ptzcal_board_view;
 use ptzcal::capi::calibrate::ptzcal_calibration_summary;
 use ptzcal::capi::camera::ptzcal_camera;
@@ -47,7 +50,7 @@ fn rust() -> String {
     layout!(out, ptzcal_chessboard_options: struct_size columns rows reserved min_found);
     layout!(out, ptzcal_chessboard: struct_size columns rows found blur);
     layout!(out, ptzcal_calibration_summary: struct_size iterations measurements inliers parameters
-        rms noise_factor condition);
+        rms noise_factor condition chi2 degrees_of_freedom probability warnings);
     layout!(out, ptzcal_board_view: struct_size used corners inliers rms rotation translation covariance);
     layout!(out, ptzcal_laser_line: struct_size spots x0 y0 vx vy rms covariance);
     layout!(out, ptzcal_pose: struct_size reserved rotation translation rotation_angle residual_rms
@@ -57,6 +60,11 @@ fn rust() -> String {
     layout!(out, ptzcal_region: struct_size pan_steps tilt_steps reserved pan_min pan_max tilt_min tilt_max);
     layout!(out, ptzcal_scan_summary: struct_size complete positions shots resumed found fixed_cameras
         journal_damaged journal_cut);
+    layout!(out, ptzcal_adjusted_summary: struct_size iterations parameters stations cameras shots spots
+        used warnings suspects prior_only freedom chi2 probability noise_factor condition);
+    layout!(out, ptzcal_suspect: struct_size parameters gain probability);
+    layout!(out, ptzcal_adjust_options: struct_size robust max_iterations reserved seed
+        pointing_sigma_pan pointing_sigma_tilt huber max_focal_deviation);
     out
 }
 

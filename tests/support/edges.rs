@@ -27,11 +27,17 @@ pub fn edges(camera: &Camera, n: usize) -> Vec<Edge> {
     let all: Vec<_> = BOXES.iter().chain([&ROOM]).flat_map(edges_of).collect();
     let mut noise = Noise::new(11);
     let inside = |m: &Vector2<f64>| m.x > 0.0 && m.y > 0.0 && m.x < 800.0 && m.y < 600.0;
+    // Far outside the view a lens polynomial folds back into the image; a real lens does not.
+    let seen = |x: &Vector3<f64>| {
+        let pixel = camera.project(x).filter(inside)?;
+        let ray = camera.back_project(&pixel)?;
+        ((x - ray.origin).normalize().dot(&ray.direction) > 0.999).then_some(pixel)
+    };
     let mut found = Vec::new();
     while found.len() < n {
         let [a, b] = all[(noise.uniform() * all.len() as f64) as usize];
         let ends = [0, 1].map(|_| a + (b - a) * noise.uniform());
-        let pixels = ends.map(|x| camera.project(&x).filter(inside));
+        let pixels = ends.map(|x| seen(&x));
         if let [Some(p), Some(q)] = pixels
             && (p - q).norm() >= 40.0
         {

@@ -5,6 +5,7 @@ image positions pixels; pixel (0, 0) is the centre of the top-left pixel. Calls 
 """
 
 from ._native import abi_version, version
+from .adjust import Adjusted, Adjustment, RigParameter, Suspect
 from .boards import (
     BoardCalibration,
     Boards,
@@ -44,6 +45,8 @@ from .simulator import HEAD_CAMERA, Frame, Motion, Simulator
 __version__ = version()
 
 __all__ = [
+    "Adjusted",
+    "Adjustment",
     "BoardCalibration",
     "BoardView",
     "Boards",
@@ -74,6 +77,7 @@ __all__ = [
     "Region",
     "Rig",
     "RigModel",
+    "RigParameter",
     "RoofEdges",
     "Scan",
     "Settle",
@@ -84,6 +88,7 @@ __all__ = [
     "SpotNotFound",
     "SpotOptions",
     "Status",
+    "Suspect",
     "abi_version",
     "calibrate_camera",
     "calibrate_from_boards",

@@ -25,6 +25,8 @@ from typing import Any, Dict, Optional, Type, TypeVar, Union
 
 from . import _library
 from ._structs import (
+    ptzcal_adjust_options,
+    ptzcal_adjusted_summary,
     ptzcal_board_view,
     ptzcal_calibration_summary,
     ptzcal_camera,
@@ -45,6 +47,7 @@ from ._structs import (
     ptzcal_scan_summary,
     ptzcal_shot,
     ptzcal_spot,
+    ptzcal_suspect,
 )
 from .errors import Error, error as _error
 
@@ -52,6 +55,8 @@ Path = Union[str, bytes, "os.PathLike[Any]"]
 
 HEAD_CAMERA = 4294967295
 """The number of the head camera where a camera is asked for."""
+
+NO_CAMERA = 4294967294
 
 
 # What parameters are. Arrays come as addresses, structs and places for results by byref().
@@ -78,6 +83,9 @@ _scan_summary = POINTER(ptzcal_scan_summary)
 _shot = POINTER(ptzcal_shot)
 _spot = POINTER(ptzcal_spot)
 _summary = POINTER(ptzcal_calibration_summary)
+_adjust_options = POINTER(ptzcal_adjust_options)
+_adjusted_summary = POINTER(ptzcal_adjusted_summary)
+_suspect = POINTER(ptzcal_suspect)
 _ptz = POINTER(ptzcal_ptz)
 _error_out = POINTER(c_void_p)
 
@@ -189,6 +197,8 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_board_calibration_get_view": (_status, _handle, c_uint32, _board_view, _error_out),
     "ptzcal_board_calibration_get_bending": (_status, _handle, _array, _error_out),
     "ptzcal_board_calibration_advice": (c_char_p, _handle),
+    "ptzcal_calibration_warning": (c_char_p, _handle, c_size_t),
+    "ptzcal_calibration_weakest": (c_char_p, _handle),
     "ptzcal_calibrate_laser_line": (
         _status, _handle, _handle, _handle, _handle_out, _error_out,
     ),
@@ -327,6 +337,58 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_correspondences_add_scan": (_status, _handle, _handle, c_uint32, _error_out),
     "ptzcal_roof_edges_add_plane_scan": (
         _status, _handle, _handle, _region, _uint32_out, _error_out,
+    ),
+    # Joint adjustment.
+    "ptzcal_adjustment_new": (_status, _model, _handle_out, _error_out),
+    "ptzcal_adjustment_free": (None, _handle),
+    "ptzcal_adjustment_set_rig_sigmas": (_status, _handle, _array, _error_out),
+    "ptzcal_adjustment_set_rig_covariance": (_status, _handle, _array, _error_out),
+    "ptzcal_adjustment_add_station": (_status, _handle, _pose, _array, _uint32_out, _error_out),
+    "ptzcal_adjustment_add_camera": (
+        _status, _handle, c_uint32, c_uint32, _handle, _uint32_out, _error_out,
+    ),
+    "ptzcal_adjustment_add_calibrated_camera": (
+        _status, _handle, _handle, _uint32_out, _error_out,
+    ),
+    "ptzcal_adjustment_add_known_camera": (
+        _status, _handle, _camera, _array, c_size_t, _uint32_out, _error_out,
+    ),
+    "ptzcal_adjustment_add_shots": (
+        _status, _handle, c_uint32, _array, _array, _array, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_adjustment_add_sightings": (
+        _status, _handle, c_uint32, _array, _array, _array, c_size_t, _error_out,
+    ),
+    "ptzcal_adjustment_add_scan": (
+        _status, _handle, c_uint32, _handle, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_adjust_options_init": (_status, _adjust_options, c_size_t),
+    "ptzcal_adjustment_solve": (
+        _status, _handle, _adjust_options, _handle, _handle_out, _error_out,
+    ),
+    "ptzcal_adjusted_free": (None, _handle),
+    "ptzcal_adjusted_summary_init": (_status, _adjusted_summary, c_size_t),
+    "ptzcal_adjusted_get_summary": (_status, _handle, _adjusted_summary, _error_out),
+    "ptzcal_adjusted_get_rig_model": (_status, _handle, _model, _error_out),
+    "ptzcal_adjusted_get_station": (_status, _handle, c_uint32, _pose, _error_out),
+    "ptzcal_adjusted_get_calibration": (_status, _handle, c_uint32, _handle_out, _error_out),
+    "ptzcal_adjusted_copy_covariance": (
+        _status, _handle, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_adjusted_parameter_name": (c_char_p, _handle, c_size_t),
+    "ptzcal_adjusted_resolve": (_status, _handle, _handle, _handle_out, _error_out),
+    "ptzcal_adjusted_warning": (c_char_p, _handle, c_size_t),
+    "ptzcal_adjusted_weakest": (c_char_p, _handle),
+    "ptzcal_adjusted_prior_only": (c_char_p, _handle, c_size_t),
+    "ptzcal_suspect_init": (_status, _suspect, c_size_t),
+    "ptzcal_adjusted_get_suspect": (_status, _handle, c_size_t, _suspect, _error_out),
+    "ptzcal_adjusted_suspect_name": (c_char_p, _handle, c_size_t),
+    "ptzcal_adjusted_copy_head_inliers": (
+        _status, _handle, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_adjusted_shot_point": (_status, _handle, c_size_t, _array, _array, _error_out),
+    "ptzcal_adjusted_measure": (
+        _status, _handle, c_uint32, _array, _array, _array, c_size_t, _array, _array, _error_out,
     ),
     # Files.
     "ptzcal_calibration_save": (_status, _handle, c_char_p, _error_out),

@@ -148,6 +148,10 @@ class ptzcal_calibration_summary(Structure):
         ("rms", c_double),
         ("noise_factor", c_double),
         ("condition", c_double),
+        ("chi2", c_double),
+        ("degrees_of_freedom", c_uint64),
+        ("probability", c_double),
+        ("warnings", c_uint64),
     ]
 
 
@@ -214,6 +218,50 @@ class ptzcal_scan_summary(Structure):
         ("fixed_cameras", c_uint64),
         ("journal_damaged", c_uint64),
         ("journal_cut", c_uint64),
+    ]
+
+
+class ptzcal_adjusted_summary(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("iterations", c_uint32),
+        ("parameters", c_uint64),
+        ("stations", c_uint64),
+        ("cameras", c_uint64),
+        ("shots", c_uint64),
+        ("spots", c_uint64),
+        ("used", c_uint64),
+        ("warnings", c_uint64),
+        ("suspects", c_uint64),
+        ("prior_only", c_uint64),
+        ("freedom", c_uint64),
+        ("chi2", c_double),
+        ("probability", c_double),
+        ("noise_factor", c_double),
+        ("condition", c_double),
+    ]
+
+
+class ptzcal_suspect(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("parameters", c_uint32),
+        ("gain", c_double),
+        ("probability", c_double),
+    ]
+
+
+class ptzcal_adjust_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("robust", c_uint32),
+        ("max_iterations", c_uint32),
+        ("reserved", c_uint32),
+        ("seed", c_uint64),
+        ("pointing_sigma_pan", c_double),
+        ("pointing_sigma_tilt", c_double),
+        ("huber", c_double),
+        ("max_focal_deviation", c_double),
     ]
 
 

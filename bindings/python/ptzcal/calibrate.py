@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ctypes import byref, c_size_t
 from functools import cached_property
-from typing import Any, Dict, Optional, Tuple, Union
+from typing import Any, Dict, List, Optional, Tuple, Union
 
 import numpy as np
 
@@ -252,6 +252,33 @@ class Calibration(Handle):
     def condition(self) -> float:
         """Condition number of the normal equations, scaled to unit diagonal."""
         return self._summary.condition
+
+    @property
+    def chi2(self) -> float:
+        """Sum of squared residuals over their stated standard deviations, priors included."""
+        return self._summary.chi2
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Of chi2."""
+        return self._summary.degrees_of_freedom
+
+    @property
+    def probability(self) -> float:
+        """Chance of such residuals when model and stated noise are right; nothing to go by where the
+        noise was estimated from the residuals."""
+        return self._summary.probability
+
+    @property
+    def warnings(self) -> List[str]:
+        """What a person should know, such as a lens that was left out; empty when all is well."""
+        warning = lib.ptzcal_calibration_warning
+        return [warning(self._pointer, i).decode() for i in range(self._summary.warnings)]
+
+    @property
+    def weakest(self) -> str:
+        """What the data determine worst, and what to add."""
+        return lib.ptzcal_calibration_weakest(self._pointer).decode()
 
     def project(self, xyz: Any, *, xyz_covariance: Any = None) -> Tuple[np.ndarray, np.ndarray]:
         """World points (n, 3), metres, to pixels (n, 2) and their covariances (n, 2, 2), px^2.

@@ -83,6 +83,18 @@ class Points(TestCase):
         k1, sigma = result.camera.distortion[0], result.standard_deviations[5]
         self.assertLess(abs(k1 - LENS[0]), 5 * sigma)
 
+    def test_a_lens_that_was_left_out_is_named(self):
+        for lens, kept in ((LENS, "none"), (LENS, "brown_conrady")):
+            truth = camera(lens)
+            result = ptzcal.calibrate_camera(measured(truth, 400), distortion=kept, pixel_sigma=0.3)
+            fits = kept != "none"
+            self.assertEqual(result.probability > 1e-3, fits, result.warnings)
+            self.assertEqual(not result.warnings, fits)
+            if not fits:
+                self.assertIn("lens distortion", result.warnings[-1])
+            self.assertGreater(result.degrees_of_freedom, 700)
+            self.assertTrue(result.weakest.startswith("weakest: camera "), result.weakest)
+
     def test_linear_methods(self):
         lens = dict(distortion_model="division", distortion=[-0.2])
         truth = dataclasses.replace(camera(), **lens)

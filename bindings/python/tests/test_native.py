@@ -132,6 +132,7 @@ class Declarations(TestCase):
             ptzcal.PoseMethod: "PTZCAL_POSE_METHOD_",
             ptzcal.Motion: "PTZCAL_MOTION_",
             ptzcal.LogLevel: "PTZCAL_LOG_LEVEL_",
+            ptzcal.RigParameter: "PTZCAL_RIG_PARAMETER_",
         }
         self.assertEqual(len(pairs), len(self.header.enums), "an enum has no Python counterpart")
         for enum, prefix in pairs.items():
@@ -141,6 +142,8 @@ class Declarations(TestCase):
     def test_constants(self):
         text = HEADER.read_text()
         self.assertIn(f"#define PTZCAL_HEAD_CAMERA {ptzcal.HEAD_CAMERA}", text)
+        self.assertIn(f"#define PTZCAL_NO_CAMERA {_native.NO_CAMERA}", text)
+        self.assertIn(f"#define PTZCAL_RIG_PARAMETERS {len(ptzcal.RigParameter)}", text)
         self.assertIn(f"#define PTZCAL_ABI_VERSION {ptzcal.abi_version()}", text)
         self.assertEqual(ptzcal.__version__, ptzcal.version())
         pyproject = (ROOT / "bindings" / "python" / "pyproject.toml").read_text()

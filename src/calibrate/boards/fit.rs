@@ -52,6 +52,9 @@ pub(crate) struct Fitted {
     pub covariance: Covariance,
     /// Estimated noise over assumed noise.
     pub noise_factor: f64,
+    /// Sum of squared whitened residuals, priors not counted, and its degrees of freedom.
+    pub chi2: f64,
+    pub freedom: usize,
     pub iterations: usize,
 }
 
@@ -198,7 +201,7 @@ impl<'a> Fitter<'a> {
             covariance.globals *= spread * spread;
             covariance.poses.iter_mut().for_each(|c| *c *= spread * spread);
         }
-        Ok(Fitted { state, selection, covariance, noise_factor, iterations })
+        Ok(Fitted { state, selection, covariance, noise_factor, chi2: adjusted.chi2, freedom, iterations })
     }
 
     /// Adjusts the used views; the state that comes back has the poses of all.

@@ -9,7 +9,7 @@ use super::views::Boards;
 use super::{BoardCalibration, BoardPose};
 use crate::calibrate::freedom::ROTATION;
 use crate::calibrate::solve::{MAX_RMS, plausible, validate};
-use crate::calibrate::{Calibration, CalibrationOptions};
+use crate::calibrate::{Calibration, CalibrationOptions, FitCheck};
 use crate::error::{Degeneracy, Error, Result};
 use crate::geometry::{Camera, Rigid};
 
@@ -151,6 +151,7 @@ pub(crate) fn report(boards: &Boards, fitted: &Fitted) -> BoardCalibration {
         noise_factor: fitted.noise_factor,
         condition: fitted.covariance.condition,
         iterations: fitted.iterations,
+        check: FitCheck::new(fitted.chi2, fitted.freedom, Vec::new(), Vec::new()),
     };
     let advice = advise(boards, &state.poses, selection);
     BoardCalibration { calibration, views, bending: state.bend, advice }

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow::Continue;
 use std::time::Instant;
 
+use crate::adjust::{Adjustment, CameraSetup, Station};
 use crate::calibrate::{CalibrationOptions, DistortionModel, calibrate_camera};
 use crate::control::{Log, LogLevel};
 use crate::error::Result;
@@ -118,6 +119,32 @@ fn a_small_scan_calibrates_the_simulated_cameras() {
     let [near, far] = <[_; 2]>::try_from(errors).unwrap().map(std::result::Result::unwrap);
     assert!(near.centre < 3e-3 && near.focal < 0.003, "{near:?}");
     assert!(far.centre < 20e-3 && far.focal < 0.01, "{far:?}");
+
+    // Its shots in a joint adjustment: one fixed camera under another number, the other left out.
+    let mut input = Adjustment::new(scan.model).unwrap();
+    input.add_station(Station::world()).unwrap();
+    let camera = |(width, height)| CameraSetup::new(width, height);
+    for _ in 0..2 {
+        input.add_camera(camera(scan.fixed_sizes[0])).unwrap();
+    }
+    assert_eq!(scan.add_to(&mut input, 0, &[Some(1), None]), Ok(0));
+    let (counts, shots) = (scan.counts(), input.shots());
+    assert_eq!(shots.len(), counts.shots);
+    assert_eq!(shots.iter().filter(|s| s.head.is_some()).count(), counts.head);
+    let seen: Vec<&crate::adjust::Sighting> = shots.iter().flat_map(|s| &s.sightings).collect();
+    assert!(seen.len() == counts.fixed[0] && seen.iter().all(|s| s.camera == 1));
+    for (shot, from) in shots.iter().zip(&scan.shots) {
+        assert_eq!((shot.station, shot.pan, shot.tilt), (0, from.pan, from.tilt));
+        assert_eq!(shot.head.map(|h| [h.0.x, h.0.y]), from.head.ok().map(|h| [h.x, h.y]));
+    }
+    input.add_camera(camera((640, 480))).unwrap();
+    let before = input.clone();
+    for (station, cameras) in
+        [(1, &[Some(1), None][..]), (0, &[Some(1)]), (0, &[Some(3), None]), (0, &[Some(2), None]), (0, &[Some(0); 2])]
+    {
+        assert!(scan.add_to(&mut input, station, cameras).is_err());
+        assert_eq!(input, before);
+    }
 }
 
 #[test]
