@@ -137,6 +137,10 @@ pub enum Error {
     NotFound { reason: String },
     #[error("ambiguous: {reason}")]
     Ambiguous { reason: String },
+    #[error("no chessboard: {reason}")]
+    NoChessboard { reason: String },
+    #[error("more than one chessboard: {reason}")]
+    ManyChessboards { reason: String },
 
     #[error("device: {reason}")]
     Device { reason: String },
@@ -198,8 +202,8 @@ impl Error {
             Self::BehindCamera { .. } => Status::BehindCamera,
             Self::Unreachable { .. } => Status::Unreachable,
             Self::OutsideLens { .. } => Status::OutsideLens,
-            Self::NotFound { .. } => Status::NotFound,
-            Self::Ambiguous { .. } => Status::Ambiguous,
+            Self::NotFound { .. } | Self::NoChessboard { .. } => Status::NotFound,
+            Self::Ambiguous { .. } | Self::ManyChessboards { .. } => Status::Ambiguous,
             Self::Device { .. } => Status::Device,
             Self::DeviceLost { .. } => Status::DeviceLost,
             Self::DeviceTimeout { .. } => Status::DeviceTimeout,
@@ -244,6 +248,10 @@ impl Error {
             Self::Busy { .. } => Some("wait for the other call, or use a handle of your own for each thread"),
             Self::NotFound { .. } => Some("check exposure, the laser's power and the region of interest"),
             Self::Ambiguous { .. } => Some("give an off frame, a region of interest or the epipolar line"),
+            Self::NoChessboard { .. } => {
+                Some("check the number of inner corners, focus and light; all four sides of the board must be in view")
+            }
+            Self::ManyChessboards { .. } => Some("cover all boards but one"),
             Self::DeviceLost { .. } => {
                 Some("check cable and power, then open the rig again; a journalled scan resumes")
             }

@@ -72,6 +72,64 @@ def small_spots(n: int, seed: int = 4):
     return pairs, centres
 
 
+def chessboard(width: int, height: int, turn, columns: int = 14, rows: int = 10, seed: int = 6):
+    """A board of columns x rows inner corners in perspective, and its corners.
+
+    turn: rotation about x, y and z, radians. Edges are exact to a third of a pixel before a blur of
+    one pixel; noise of 3 grey levels.
+    """
+    (cx, cy, cz), (sx, sy, sz) = np.cos(turn), np.sin(turn)
+    R = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
+    R = R @ np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+    R = R @ np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+    f, place = 0.9 * width, np.array([0.0, 0.0, 1.7 * (columns + 1)])
+    H = np.diag([f, f, 1.0]) @ np.c_[R[:, :2], place]
+    H = np.array([[1, 0, width / 2], [0, 1, height / 2], [0, 0, 1]]) @ H
+    # From squares, counted from the board's corner; from there to the middles of a pixel's thirds.
+    H = H @ np.array([[1, 0, -(columns + 1) / 2], [0, 1, -(rows + 1) / 2], [0, 0, 1]])
+    fine = (np.arange(3 * n) + 0.5 for n in (width, height))
+    u, v = np.meshgrid(*(t / 3 for t in fine))
+    a, b, w = np.tensordot(np.linalg.inv(H), np.stack([u, v, np.ones_like(u)]), 1)
+    a, b = a / w, b / w
+
+    def wave(t):
+        near, (down, across) = np.rint(t), np.gradient(t)
+        ramp = np.clip(2 * (t - near) / np.hypot(down, across), -1, 1)
+        return np.where(near % 2 == 0, ramp, -ramp)
+
+    def on(margin):
+        return (abs(a - (columns + 1) / 2) < (columns + 1) / 2 + margin) & (
+            abs(b - (rows + 1) / 2) < (rows + 1) / 2 + margin
+        )
+
+    level = np.where(on(0), 125 - 100 * wave(a) * wave(b), np.where(on(1), 225.0, 120.0))
+    kernel = np.exp(-0.5 * (np.arange(-12, 13) / 3) ** 2)
+    for axis in (0, 1):
+        level = _filter(level, kernel / kernel.sum(), axis)
+    level = level.reshape(height, 3, width, 3).mean(axis=(1, 3)) + 15 * np.linspace(-1, 1, width)
+    level += np.random.default_rng(seed).normal(0, 3, level.shape)
+    i, j = np.meshgrid(np.arange(columns), np.arange(rows))
+    corners = H @ np.stack([i.ravel() + 1, j.ravel() + 1, np.ones(columns * rows)])
+    return np.clip(np.rint(level), 0, 255).astype(np.uint8), (corners[:2] / corners[2]).T - 0.5
+
+
+def _filter(image, kernel, axis):
+    reach = len(kernel) // 2
+    padded = np.pad(image, [(reach, reach) if k == axis else (0, 0) for k in (0, 1)], mode="edge")
+    n = image.shape[axis]
+    return sum(weight * padded.take(range(k, k + n), axis) for k, weight in enumerate(kernel))
+
+
+def rectangles(width: int, height: int, n: int = 600, seed: int = 7):
+    """A picture of n rectangles, one over the other, with noise: many corners and no chessboard."""
+    rng = np.random.default_rng(seed)
+    picture = np.full((height, width), 120.0)
+    for x, y, w, h, level in rng.uniform(0, 1, (n, 5)):
+        x, y = int(x * width), int(y * height)
+        picture[y : y + 4 + int(0.15 * h * height), x : x + 4 + int(0.15 * w * width)] = 255 * level
+    return np.clip(picture + rng.normal(0, 3, picture.shape), 0, 255).astype(np.uint8)
+
+
 def rig() -> ptzcal.RigModel:
     return ptzcal.RigModel(
         720,

@@ -39,6 +39,7 @@ pub mod calibration_check;
 pub mod calibration_options;
 pub mod camera;
 pub mod cancel;
+pub mod chessboard;
 pub mod correspondences;
 pub mod detect;
 pub mod devices;

@@ -1,6 +1,7 @@
-//! Finding things in images: the laser's spot.
+//! Finding things in images: the laser's spot, chessboards.
 
 mod blobs;
+pub mod chessboard;
 mod gaussian_fit;
 mod single_image;
 pub mod spot;

@@ -6,6 +6,7 @@ pub mod difference;
 pub mod frames;
 pub mod photometry;
 pub mod pixel_format;
+pub mod pyramid;
 pub mod view;
 
 pub use pixel_format::PixelFormat;

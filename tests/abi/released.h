@@ -1056,6 +1056,113 @@ ptzcal_status ptzcal_detect_spot_averaged(const ptzcal_image *const *on,
                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+ * Detecting chessboards
+ *
+ * Finds the inner corners of a chessboard, where four squares meet, in one image. A board of c x r
+ * inner corners has (c + 1) x (r + 1) squares. Every corner comes with its covariance, so that it can
+ * be weighed in a calibration.
+ *
+ * The order: row by row. From column to column and then from row to row one turns clockwise as seen
+ * in the image; a mirrored view is read as its mirror image. Of the orders that are left, those come
+ * first whose first corner has a dark square diagonally outside; of several, the one whose first
+ * corner has the least x + y. With one even and one odd number of corners the order is the board's
+ * own, however the camera is turned. Otherwise a view turned by 180 degrees (90 on square boards)
+ * looks the same.
+ * ============================================================================================= */
+
+/** Which chessboard is looked for. */
+typedef struct ptzcal_chessboard_options {
+  /** Set by ptzcal_chessboard_options_init. */
+  uint32_t struct_size;
+  /** Inner corners in a row, 3 to 128; 0, with rows 0 too: any size. */
+  uint32_t columns;
+  /** Inner corners in a column, 3 to 128. */
+  uint32_t rows;
+  /** 0. */
+  uint32_t reserved;
+  /**
+   * Least share of the corners that must be found, 0 to 1; never fewer than 8 corners. Some corner of
+   * each outer row and column must be among them.
+   */
+  double min_found;
+} ptzcal_chessboard_options;
+
+/** A chessboard found. */
+typedef struct ptzcal_chessboard {
+  /** Set by ptzcal_chessboard_init. */
+  uint32_t struct_size;
+  /** Inner corners in a row; of a board of unknown size the larger number. */
+  uint32_t columns;
+  /** Inner corners in a column. */
+  uint32_t rows;
+  /** Number of corners found, at most columns x rows. */
+  uint32_t found;
+  /** Standard deviation of the image's blur at the corners, pixels. */
+  double blur;
+} ptzcal_chessboard;
+
+/**
+ * Sets up options with their defaults: any size, half of the corners.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_chessboard_options_init(ptzcal_chessboard_options *options,
+                                             size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a board: everything 0.
+ *
+ * @param board The struct.
+ * @param size  sizeof *board.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_chessboard_init(ptzcal_chessboard *board, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds a chessboard in an image.
+ *
+ * Corners that are hidden, outside the image or unlike a corner are left out: their entry of `found`
+ * is 0, and so are their other numbers.
+ *
+ * @param image      The image; of colours their luma is used.
+ * @param options    The options; may be NULL: any size.
+ * @param board      Receives what was found; set up by ptzcal_chessboard_init.
+ * @param corners    Receives columns x rows x 2 numbers: pixels x, y; (0, 0) is the centre of the
+ *                   top-left pixel.
+ * @param covariance Receives columns x rows x 3 numbers: xx, xy, yy, px^2, from the image's noise;
+ *                   may be NULL.
+ * @param found      Receives columns x rows numbers: 1 where the corner was found, else 0.
+ * @param capacity   Number of corners that the arrays hold; 16384 is always enough.
+ * @param needed     Receives columns x rows, also when the capacity is too small; may be NULL.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FOUND; PTZCAL_STATUS_AMBIGUOUS for two whole boards
+ *         whose squares look alike large (of others the one with the larger squares is taken);
+ *         PTZCAL_STATUS_BUFFER_TOO_SMALL for the capacity, or when a plane's size cannot hold the
+ *         image; PTZCAL_STATUS_INVALID_ARGUMENT for impossible sizes, a malformed image and one that is
+ *         too small for the board; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_detect_chessboard(const ptzcal_image *image,
+                                       const ptzcal_chessboard_options *options,
+                                       ptzcal_chessboard *board,
+                                       double *corners,
+                                       double *covariance,
+                                       uint8_t *found,
+                                       size_t capacity,
+                                       size_t *needed,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
  * 2D-3D measurements
  *
  * What a camera is calibrated from: a growing set of measurements of one camera, in any mixture of

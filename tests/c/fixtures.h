@@ -17,6 +17,8 @@ static ptzcal_rig_model fixture_rig_model[1];
 static ptzcal_image fixture_image[1];
 static const ptzcal_image *fixture_images[4];
 static ptzcal_spot fixture_spot[1];
+static ptzcal_chessboard_options fixture_chessboard_options[1];
+static ptzcal_chessboard fixture_chessboard[1];
 static ptzcal_calibration_summary fixture_calibration_summary[1];
 static ptzcal_board_view fixture_board_view[1];
 static ptzcal_laser_line fixture_laser_line[1];
@@ -317,6 +319,8 @@ static inline void make_fixtures(void)
   make_image(fixture_image, fixture_pixels, 16, 12);
   fixture_images[0] = fixture_images[1] = fixture_images[2] = fixture_images[3] = fixture_image;
   CHECK_OK(ptzcal_spot_init(fixture_spot, sizeof *fixture_spot));
+  CHECK_OK(ptzcal_chessboard_options_init(fixture_chessboard_options, sizeof *fixture_chessboard_options));
+  CHECK_OK(ptzcal_chessboard_init(fixture_chessboard, sizeof *fixture_chessboard));
   CHECK_OK(ptzcal_calibration_summary_init(fixture_calibration_summary, sizeof *fixture_calibration_summary));
   CHECK_OK(ptzcal_cancel_new(&fixture_cancel, NULL));
   CHECK_STATUS(PTZCAL_STATUS_NULL_POINTER, ptzcal_cancel_new(NULL, &fixture_error));

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 35] = [
+const TOPICS: [&str; 36] = [
     "version",
     "status",
     "error",
@@ -20,6 +20,7 @@ const TOPICS: [&str; 35] = [
     "camera",
     "rig_model",
     "detect",
+    "chessboard",
     "correspondences",
     "calibration_options",
     "calibrate",

@@ -12,6 +12,7 @@ use ptzcal::capi::adjusted_check::ptzcal_suspect;
 use ptzcal::capi::boards::ptzcal_board_view;
 use ptzcal::capi::calibrate::ptzcal_calibration_summary;
 use ptzcal::capi::camera::ptzcal_camera;
+use ptzcal::capi::chessboard::{ptzcal_chessboard, ptzcal_chessboard_options};
 use ptzcal::capi::detect::ptzcal_spot;
 use ptzcal::capi::devices::ptzcal_ptz;
 use ptzcal::capi::image::ptzcal_image;
@@ -46,6 +47,8 @@ fn rust() -> String {
         distortion laser_x0 laser_y0 laser_vx laser_vy axis_tilt_y axis_tilt_z axis_pan_x axis_pan_z
         pan_zero pan_scale tilt_zero tilt_scale);
     layout!(out, ptzcal_spot: struct_size saturated x y covariance peak signal_to_noise area);
+    layout!(out, ptzcal_chessboard_options: struct_size columns rows reserved min_found);
+    layout!(out, ptzcal_chessboard: struct_size columns rows found blur);
     layout!(out, ptzcal_calibration_summary: struct_size iterations measurements inliers parameters
         rms noise_factor condition chi2 degrees_of_freedom probability warnings);
     layout!(out, ptzcal_board_view: struct_size used corners inliers rms rotation translation covariance);

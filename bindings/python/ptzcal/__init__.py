@@ -23,8 +23,18 @@ from .calibrate import (
 )
 from .camera import Camera, DistortionModel
 from .cancel import Cancel
+from .chessboard import Chessboard, detect_chessboard
 from .detect import LaserColour, Spot, SpotOptions, detect_spot
-from .errors import Cancelled, Error, InvalidArgument, SpotAmbiguous, SpotNotFound, Status
+from .errors import (
+    Cancelled,
+    ChessboardAmbiguous,
+    ChessboardNotFound,
+    Error,
+    InvalidArgument,
+    SpotAmbiguous,
+    SpotNotFound,
+    Status,
+)
 from .images import PixelFormat
 from .pose import Pose, PoseMethod, RoofEdges, estimate_pose_roof_edges
 from .rig import LogLevel, Rig, Settle
@@ -44,6 +54,9 @@ __all__ = [
     "Camera",
     "Cancel",
     "Cancelled",
+    "Chessboard",
+    "ChessboardAmbiguous",
+    "ChessboardNotFound",
     "Correspondences",
     "DistortionModel",
     "Error",
@@ -80,9 +93,10 @@ __all__ = [
     "calibrate_camera",
     "calibrate_from_boards",
     "calibrate_laser_line",
-    "division_eigenproblem",
-    "radial_alignment",
+    "detect_chessboard",
     "detect_spot",
+    "division_eigenproblem",
     "estimate_pose_roof_edges",
+    "radial_alignment",
     "version",
 ]

@@ -30,6 +30,8 @@ from ._structs import (
     ptzcal_board_view,
     ptzcal_calibration_summary,
     ptzcal_camera,
+    ptzcal_chessboard,
+    ptzcal_chessboard_options,
     ptzcal_clock_now_fn,
     ptzcal_clock_sleep_fn,
     ptzcal_frame_fn,
@@ -70,6 +72,8 @@ _size_out = POINTER(c_size_t)
 _images = POINTER(POINTER(ptzcal_image))
 _board_view = POINTER(ptzcal_board_view)
 _camera = POINTER(ptzcal_camera)
+_chessboard = POINTER(ptzcal_chessboard)
+_chessboard_options = POINTER(ptzcal_chessboard_options)
 _image = POINTER(ptzcal_image)
 _laser_line = POINTER(ptzcal_laser_line)
 _model = POINTER(ptzcal_rig_model)
@@ -128,6 +132,12 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_detect_spot": (_status, _image, _image, _handle, _spot, _error_out),
     "ptzcal_detect_spot_averaged": (
         _status, _images, c_size_t, _images, c_size_t, _handle, _spot, _error_out,
+    ),
+    # Detecting chessboards.
+    "ptzcal_chessboard_options_init": (_status, _chessboard_options, c_size_t),
+    "ptzcal_chessboard_init": (_status, _chessboard, c_size_t),
+    "ptzcal_detect_chessboard": (
+        _status, _image, _chessboard_options, _chessboard, _array, _array, _array, c_size_t, _size_out, _error_out,
     ),
     # Calibrating a camera.
     "ptzcal_correspondences_new": (_status, c_uint32, c_uint32, _handle_out, _error_out),

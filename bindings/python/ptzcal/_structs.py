@@ -118,6 +118,26 @@ class ptzcal_spot(Structure):
     ]
 
 
+class ptzcal_chessboard_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("columns", c_uint32),
+        ("rows", c_uint32),
+        ("reserved", c_uint32),
+        ("min_found", c_double),
+    ]
+
+
+class ptzcal_chessboard(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("columns", c_uint32),
+        ("rows", c_uint32),
+        ("found", c_uint32),
+        ("blur", c_double),
+    ]
+
+
 class ptzcal_calibration_summary(Structure):
     _fields_ = [
         ("struct_size", c_uint32),

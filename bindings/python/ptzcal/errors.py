@@ -84,6 +84,14 @@ class SpotAmbiguous(Error):
     """More than one spot could be the laser's."""
 
 
+class ChessboardNotFound(Error):
+    """There is no chessboard of the size, or too little of it is seen."""
+
+
+class ChessboardAmbiguous(Error):
+    """There is more than one chessboard of the size."""
+
+
 class Cancelled(Error):
     """The work was stopped by a Cancel token or by a progress callback."""
 
