@@ -3,6 +3,7 @@
 //! DLT-Points and maximum likelihood; then, where that first camera expects them, more pairs and the
 //! lines of both images; and the camera once more from all.
 
+mod guide;
 mod lift;
 mod options;
 #[cfg(test)]
@@ -17,11 +18,20 @@ use crate::error::{Error, Result};
 use crate::geometry::Camera;
 use crate::image::{DepthMap, ImageView};
 pub use options::RgbdOptions;
-pub use view::ViewCounts;
 use view::View;
+pub use view::ViewCounts;
 
 /// Most auxiliary views of one calibration.
 pub const MAX_VIEWS: usize = 1024;
+
+/// Standard deviation of keypoints that pairs are first judged by, and its bounds, pixels.
+const FIRST_SIGMA: f64 = 0.7;
+const MIN_SIGMA: f64 = 0.05;
+const MAX_SIGMA: f64 = 2.0;
+/// Median of chi-square with two degrees of freedom.
+const MEDIAN: f64 = 2.0 * std::f64::consts::LN_2;
+/// Times that pairs are looked for with the camera that the last ones gave.
+const ROUNDS: usize = 3;
 
 /// A feature of an auxiliary image and what it looks like in the fixed camera's.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,6 +54,8 @@ pub struct RgbdCalibration {
     /// Its residuals and inliers are those of the point pairs, in order, and then of the line pairs.
     pub calibration: Calibration,
     pub points: Vec<PointPair>,
+    /// Standard deviation of a keypoint's place along x and along y, pixels: estimated or given.
+    pub keypoint_sigma: f64,
 }
 
 /// A fixed camera's image, and what auxiliary views share with it.
@@ -77,7 +89,7 @@ impl RgbdCalibrator {
         if self.views.len() >= MAX_VIEWS {
             return Err(Error::invalid("views", format!("more than {MAX_VIEWS}")));
         }
-        let view = View::new(self.views.len(), colour, depth, camera, &self.features, &self.options)?;
+        let view = View::new(colour, depth, camera, &self.features, &self.options)?;
         let counts = view.counts;
         self.views.push(view);
         Ok(counts)
@@ -89,15 +101,45 @@ impl RgbdCalibrator {
     /// `TooFewMatches` where the images have too little in common, and the errors of
     /// [`calibrate_camera`].
     pub fn calibrate(&self) -> Result<RgbdCalibration> {
-        let points: Vec<PointPair> = self.views.iter().flat_map(|v| v.points.iter().copied()).collect();
+        let mut sigma = self.options.keypoint_sigma.unwrap_or(FIRST_SIGMA);
+        let mut points = self.points(sigma, |view| view.pairs.clone());
         self.enough(points.len(), None)?;
-        let calibration = self.fit(&points)?;
-        Ok(RgbdCalibration { calibration, points })
+        let mut calibration = self.fit(&points, sigma)?;
+        for _ in 0..ROUNDS {
+            if self.options.keypoint_sigma.is_none() {
+                sigma = estimate_sigma(&points, &calibration, sigma);
+            }
+            let other = self.points(sigma, |view| match self.options.guided {
+                true => guide::pairs(view, &self.features, &calibration, sigma, self.options.matching.max_ratio),
+                false => view.pairs.clone(),
+            });
+            let Ok(refit) = self.fit(&other, sigma) else { break };
+            (points, calibration) = (other, refit);
+        }
+        Ok(RgbdCalibration { calibration, points, keypoint_sigma: sigma })
     }
 
-    fn fit(&self, points: &[PointPair]) -> Result<Calibration> {
+    /// Pairs of features of every view as points and pixels.
+    fn points(&self, sigma: f64, pairs: impl Fn(&View) -> Vec<(usize, usize)>) -> Vec<PointPair> {
+        let mut points = Vec::new();
+        for (number, view) in self.views.iter().enumerate() {
+            points.extend(pairs(view).into_iter().filter_map(|(a, b)| {
+                let (lifted, k) = (view.lifted[a].as_ref()?, &self.features.keypoints[b]);
+                Some(PointPair {
+                    view: number,
+                    auxiliary: lifted.pixel,
+                    fixed: Vector2::new(k.x, k.y),
+                    world: lifted.world,
+                    covariance: lifted.covariance(sigma),
+                })
+            }));
+        }
+        points
+    }
+
+    fn fit(&self, points: &[PointPair], sigma: f64) -> Result<Calibration> {
         let mut set = Correspondences::new(self.width, self.height)?;
-        let variance = Matrix2::identity() * self.options.keypoint_sigma.powi(2);
+        let variance = Matrix2::identity() * sigma.powi(2);
         set.add_all(points.iter().map(|p| Observation::Point {
             world: p.world,
             world_covariance: Some(p.covariance),
@@ -108,8 +150,8 @@ impl RgbdCalibrator {
             Error::NoConsensus { inliers, .. } => self.enough(inliers, Some(points.len())).err().unwrap_or(e),
             e => e,
         })?;
-        let agree = calibration.inliers.iter().filter(|i| **i).count();
-        self.enough(agree, Some(points.len()))?;
+        let agreeing = calibration.inliers.iter().filter(|i| **i).count();
+        self.enough(agreeing, Some(points.len()))?;
         Ok(calibration)
     }
 
@@ -132,4 +174,21 @@ impl RgbdCalibrator {
         };
         Err(Error::TooFewMatches { needed: self.options.min_pairs, detail })
     }
+}
+
+/// Keypoints' standard deviation from the median distance of those that agree, in units of the last.
+fn estimate_sigma(points: &[PointPair], calibration: &Calibration, sigma: f64) -> f64 {
+    let distance = |(p, inlier): (&PointPair, &bool)| {
+        let seen = calibration.camera.project_with_jacobian(&p.world).filter(|_| *inlier)?;
+        let covariance = seen.by_point * p.covariance * seen.by_point.transpose() + Matrix2::identity() * sigma.powi(2);
+        let off = p.fixed - seen.pixel;
+        Some(off.dot(&(covariance.try_inverse()? * off)))
+    };
+    let mut distances: Vec<f64> = points.iter().zip(&calibration.inliers).filter_map(distance).collect();
+    let middle = distances.len() / 2;
+    if distances.is_empty() {
+        return sigma;
+    }
+    let median = *distances.select_nth_unstable_by(middle, f64::total_cmp).1;
+    (sigma * (median / MEDIAN).sqrt()).clamp(MIN_SIGMA, MAX_SIGMA)
 }

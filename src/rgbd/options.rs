@@ -10,8 +10,9 @@ pub struct RgbdOptions {
     pub sift: SiftOptions,
     pub matching: SiftMatchOptions,
     pub depth_noise: DepthNoise,
-    /// Standard deviation of a keypoint's place along x and along y, pixels of either image.
-    pub keypoint_sigma: f64,
+    /// Standard deviation of a keypoint's place along x and along y, pixels of either image; `None`:
+    /// estimated from the residuals.
+    pub keypoint_sigma: Option<f64>,
     /// Look for more pairs of points where a first camera expects them.
     pub guided: bool,
     /// Add lines that a first camera lets match.
@@ -27,7 +28,7 @@ impl Default for RgbdOptions {
             sift: SiftOptions::default(),
             matching: SiftMatchOptions::default(),
             depth_noise: DepthNoise::default(),
-            keypoint_sigma: 0.5,
+            keypoint_sigma: None,
             guided: true,
             lines: true,
             min_pairs: 20,
@@ -39,8 +40,10 @@ impl Default for RgbdOptions {
 impl RgbdOptions {
     pub(super) fn check(&self) -> Result<()> {
         self.depth_noise.check()?;
-        if !(self.keypoint_sigma.is_finite() && self.keypoint_sigma > 0.0) {
-            return Err(Error::invalid("keypoint_sigma", format!("{} is not positive", self.keypoint_sigma)));
+        if let Some(sigma) = self.keypoint_sigma
+            && !(sigma.is_finite() && sigma > 0.0)
+        {
+            return Err(Error::invalid("keypoint_sigma", format!("{sigma} is not positive")));
         }
         Ok(())
     }
