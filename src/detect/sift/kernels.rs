@@ -107,6 +107,67 @@ for_each_processor! {
     }
 }
 
+/// Most pixels of a row of a descriptor's window: 2 x 38 + 1.
+pub const ROW: usize = 80;
+/// Orientations of a descriptor's cell.
+pub const BINS: usize = 8;
+/// Cells along a side of a descriptor, with a rim that takes what falls beyond.
+pub const SIDE: usize = 6;
+/// A descriptor in the making, twice: neighbouring pixels add to different ones, so that the second need
+/// not wait for the first.
+pub type Histograms = [[[f32; BINS]; SIDE * SIDE]; 2];
+
+for_each_processor! {
+    /// Adds a row of gradients to the histograms, each to the four cells and the two orientations about
+    /// it. `across`: their weights; `cell`: column and row, in cells, of the first pixel and the steps from
+    /// pixel to pixel.
+    pub fn spread(
+        histograms: &mut Histograms,
+        magnitude: &[f32],
+        angle: &[f32],
+        across: &[f32],
+        down: f32,
+        cell: [[f32; 2]; 2],
+        orientation: f32,
+    ) {
+        let n = magnitude.len().min(ROW);
+        let (magnitude, angle, across) = (&magnitude[..n], &angle[..n], &across[..n]);
+        let mut index = [0u32; ROW];
+        let [mut turns, mut right, mut below, mut weights] = [[0.0f32; ROW]; 4];
+        let limit = (SIDE - 1) as f32 - 1e-3;
+        for i in 0..n {
+            let column = less(greater(cell[0][0] + i as f32 * cell[1][0], 0.0), limit);
+            let row = less(greater(cell[0][1] + i as f32 * cell[1][1], 0.0), limit);
+            let (c, r) = (column as i32, row as i32);
+            index[i] = (SIDE as i32 * r + c) as u32;
+            right[i] = column - c as f32;
+            below[i] = row - r as f32;
+            weights[i] = magnitude[i] * across[i] * down;
+            let turn = (orientation - angle[i]) * (BINS as f32 / std::f32::consts::TAU);
+            let turn = if turn < 0.0 { turn + BINS as f32 } else { turn };
+            turns[i] = if turn >= BINS as f32 { turn - BINS as f32 } else { turn };
+        }
+        for i in 0..n {
+            let mut share = [0.0f32; BINS];
+            for (k, s) in share.iter_mut().enumerate() {
+                let apart = (turns[i] - k as f32).abs();
+                // Around the circle.
+                let apart = less(apart, BINS as f32 - apart);
+                *s = weights[i] * greater(1.0 - apart, 0.0);
+            }
+            let histogram = &mut histograms[i % 2];
+            let first = (index[i] as usize).min(SIDE * (SIDE - 1) - 2);
+            for (down, w) in [(0, 1.0 - below[i]), (SIDE, below[i])] {
+                for (along, w) in [(0, w * (1.0 - right[i])), (1, w * right[i])] {
+                    for (h, s) in histogram[first + down + along].iter_mut().zip(&share) {
+                        *h += w * s;
+                    }
+                }
+            }
+        }
+    }
+}
+
 #[inline(always)]
 fn greater(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }

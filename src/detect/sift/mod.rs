@@ -13,6 +13,7 @@
 //! centred at the refined place, not the nearest pixel.
 
 mod descriptor;
+mod distances;
 mod extrema;
 mod kernels;
 pub mod matching;
