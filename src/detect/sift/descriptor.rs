@@ -71,15 +71,18 @@ pub fn orientations(octave: &Octave, place: &Place, found: &mut Vec<f32>) {
         *w = weight(x as f32 - place.x);
     }
     let mut polar = Polar::new();
-    let mut raw = [0.0f32; ORIENTATIONS];
+    let mut turned = [0.0f32; ORIENTATIONS + 1];
     for y in top..bottom {
         polar.read(octave, place.level, y, left, right);
         let down = weight(y as f32 - place.y);
         for i in 0..right - left {
-            let bin = (polar.angle[i] * (ORIENTATIONS as f32 / TAU) + (ORIENTATIONS as f32 + 0.5)) as usize;
-            raw[bin % ORIENTATIONS] += polar.magnitude[i] * across[i] * down;
+            // From half a turn back, so that it is positive.
+            let bin = (polar.angle[i] * (ORIENTATIONS as f32 / TAU) + (0.5 * ORIENTATIONS as f32 + 0.5)) as u32;
+            turned[(bin as usize).min(ORIENTATIONS)] += polar.magnitude[i] * across[i] * down;
         }
     }
+    turned[0] += turned[ORIENTATIONS];
+    let raw = std::array::from_fn(|i| turned[(i + ORIENTATIONS / 2) % ORIENTATIONS]);
     let at = |h: &[f32; ORIENTATIONS], i: usize, step: usize| h[(i + ORIENTATIONS + step - 2) % ORIENTATIONS];
     let mut smooth = [0.0f32; ORIENTATIONS];
     for (i, s) in smooth.iter_mut().enumerate() {
@@ -102,7 +105,7 @@ pub fn orientations(octave: &Octave, place: &Place, found: &mut Vec<f32>) {
 pub fn describe(octave: &Octave, place: &Place, orientation: f32) -> Descriptor {
     let cell = CELL_SIGMAS * place.sigma;
     let (sin, cos) = orientation.sin_cos();
-    let mut histograms: Histograms = [[[0.0; BINS]; SIDE * SIDE]; 2];
+    let mut histograms: Histograms = [[0.0; BINS]; SIDE * SIDE];
     // Half the side of the turned square of all samples that reach a cell.
     let half = 0.5 * (CELLS + 1) as f32 * cell;
     let radius = half * (sin.abs() + cos.abs());
@@ -143,8 +146,7 @@ pub fn describe(octave: &Octave, place: &Place, orientation: f32) -> Descriptor 
     let mut vector = [0.0f32; DESCRIPTOR_SIZE];
     let cells = (1..=CELLS).flat_map(|r| (1..=CELLS).map(move |c| SIDE * r + c));
     for (cell, out) in cells.zip(vector.as_chunks_mut::<BINS>().0) {
-        let [even, odd] = &histograms;
-        *out = std::array::from_fn(|k| even[cell][k] + odd[cell][k]);
+        *out = histograms[cell];
     }
     quantise(vector)
 }
