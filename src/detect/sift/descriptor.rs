@@ -3,7 +3,7 @@
 
 use std::f32::consts::TAU;
 
-use super::kernels::gradients;
+use super::kernels::{BINS, Histograms, ROW, SIDE, gradients, spread};
 use super::scale_space::Octave;
 
 pub const DESCRIPTOR_SIZE: usize = 128;
@@ -16,17 +16,14 @@ const ORIENTATION_WINDOW: f32 = 1.5;
 const ORIENTATION_REACH: f32 = 3.0;
 /// Peaks above this share of the highest are orientations too.
 const PEAK_SHARE: f32 = 0.8;
-/// Histograms along a side of the descriptor, and the bins of one.
-const CELLS: usize = 4;
-const BINS: usize = 8;
+/// Cells along a side of the descriptor.
+const CELLS: usize = SIDE - 2;
 /// Width of a cell, in sigmas of the keypoint.
 const CELL_SIGMAS: f32 = 3.0;
 /// Greatest share of a single number in the vector's length, against light that is not linear.
 const CLIP: f32 = 0.2;
 /// The vector's length as bytes.
 const LENGTH: f32 = 512.0;
-/// Longest row of a window: 2 x 38 + 1.
-const ROW: usize = 80;
 
 /// Where a keypoint lies in its octave: the level that suits its scale, place and sigma in pixels.
 #[derive(Debug, Clone, Copy)]
@@ -74,15 +71,18 @@ pub fn orientations(octave: &Octave, place: &Place, found: &mut Vec<f32>) {
         *w = weight(x as f32 - place.x);
     }
     let mut polar = Polar::new();
-    let mut raw = [0.0f32; ORIENTATIONS];
+    let mut turned = [0.0f32; ORIENTATIONS + 1];
     for y in top..bottom {
         polar.read(octave, place.level, y, left, right);
         let down = weight(y as f32 - place.y);
         for i in 0..right - left {
-            let bin = (polar.angle[i] * (ORIENTATIONS as f32 / TAU) + (ORIENTATIONS as f32 + 0.5)) as usize;
-            raw[bin % ORIENTATIONS] += polar.magnitude[i] * across[i] * down;
+            // From half a turn back, so that it is positive.
+            let bin = (polar.angle[i] * (ORIENTATIONS as f32 / TAU) + (0.5 * ORIENTATIONS as f32 + 0.5)) as u32;
+            turned[(bin as usize).min(ORIENTATIONS)] += polar.magnitude[i] * across[i] * down;
         }
     }
+    turned[0] += turned[ORIENTATIONS];
+    let raw = std::array::from_fn(|i| turned[(i + ORIENTATIONS / 2) % ORIENTATIONS]);
     let at = |h: &[f32; ORIENTATIONS], i: usize, step: usize| h[(i + ORIENTATIONS + step - 2) % ORIENTATIONS];
     let mut smooth = [0.0f32; ORIENTATIONS];
     for (i, s) in smooth.iter_mut().enumerate() {
@@ -105,9 +105,7 @@ pub fn orientations(octave: &Octave, place: &Place, found: &mut Vec<f32>) {
 pub fn describe(octave: &Octave, place: &Place, orientation: f32) -> Descriptor {
     let cell = CELL_SIGMAS * place.sigma;
     let (sin, cos) = orientation.sin_cos();
-    // Cells have neighbours all around that take what is beyond the border.
-    const SIDE: usize = CELLS + 2;
-    let mut histograms = [[0.0f32; BINS]; SIDE * SIDE];
+    let mut histograms: Histograms = [[0.0; BINS]; SIDE * SIDE];
     // Half the side of the turned square of all samples that reach a cell.
     let half = 0.5 * (CELLS + 1) as f32 * cell;
     let radius = half * (sin.abs() + cos.abs());
@@ -136,36 +134,14 @@ pub fn describe(octave: &Octave, place: &Place, orientation: f32) -> Descriptor 
         }
         polar.read(octave, place.level, y, from, to);
         let down = weight(dy);
-        for (i, x) in (from..to).enumerate() {
-            let dx = x as f32 - place.x;
-            // Cell k is centred at k.
-            let column = (cos * dx + sin * dy) / cell + (0.5 * CELLS as f32 + 0.5);
-            let row = (cos * dy - sin * dx) / cell + (0.5 * CELLS as f32 + 0.5);
-            let limit = (SIDE - 1) as f32 - 1e-3;
-            let (column, row) = (column.clamp(0.0, limit), row.clamp(0.0, limit));
-            let (c, r) = (column as usize, row as usize);
-            let (fc, fr) = (column - c as f32, row - r as f32);
-            let magnitude = polar.magnitude[i] * across[x - left] * down;
-            let turn = (orientation - polar.angle[i]) * (BINS as f32 / TAU);
-            let turn = if turn < 0.0 { turn + BINS as f32 } else { turn };
-            let turn = if turn >= BINS as f32 { turn - BINS as f32 } else { turn };
-            let mut share = [0.0f32; BINS];
-            for (k, s) in share.iter_mut().enumerate() {
-                let apart = (turn - k as f32).abs();
-                let apart = if apart > 0.5 * BINS as f32 { BINS as f32 - apart } else { apart };
-                *s = if apart < 1.0 { 1.0 - apart } else { 0.0 } * magnitude;
-            }
-            for (cell, w) in [
-                (SIDE * r + c, (1.0 - fr) * (1.0 - fc)),
-                (SIDE * r + c + 1, (1.0 - fr) * fc),
-                (SIDE * (r + 1) + c, fr * (1.0 - fc)),
-                (SIDE * (r + 1) + c + 1, fr * fc),
-            ] {
-                for (h, s) in histograms[cell].iter_mut().zip(&share) {
-                    *h += w * s;
-                }
-            }
-        }
+        let dx = from as f32 - place.x;
+        // Cell k of 1 to 4 is centred at k.
+        let middle = 0.5 * (SIDE - 1) as f32;
+        let first = [(cos * dx + sin * dy) / cell + middle, (cos * dy - sin * dx) / cell + middle];
+        let step = [cos / cell, -sin / cell];
+        let n = to - from;
+        let (magnitude, angle) = (&polar.magnitude[..n], &polar.angle[..n]);
+        spread(&mut histograms, magnitude, angle, &across[from - left..], down, [first, step], orientation);
     }
     let mut vector = [0.0f32; DESCRIPTOR_SIZE];
     let cells = (1..=CELLS).flat_map(|r| (1..=CELLS).map(move |c| SIDE * r + c));

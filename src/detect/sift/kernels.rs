@@ -7,6 +7,7 @@
 
 /// Columns that are worked on together; rows are padded to a multiple of it.
 pub const LANES: usize = 64;
+pub type Lanes = [f32; LANES];
 
 /// Defines functions that choose among the compilations of their body.
 macro_rules! for_each_processor {
@@ -49,14 +50,13 @@ macro_rules! for_each_processor {
 
 for_each_processor! {
     /// A symmetric filter: out = weights[0] centre + sum of weights[j] (pairs[j - 1][0] + pairs[j - 1][1]),
-    /// over whole groups of [`LANES`].
-    pub fn filter(out: &mut [f32], centre: &[f32], pairs: &[[&[f32]; 2]], weights: &[f32]) {
+    /// over all of `out`.
+    pub fn filter(out: &mut [Lanes], centre: &[Lanes], pairs: &[[&[Lanes]; 2]], weights: &[f32]) {
         let Some((first, weights)) = weights.split_first() else { return };
-        let centre = centre.as_chunks::<LANES>().0;
-        for (i, (out, centre)) in out.as_chunks_mut::<LANES>().0.iter_mut().zip(centre).enumerate() {
+        for (i, (out, centre)) in out.iter_mut().zip(centre).enumerate() {
             let mut sum = centre.map(|c| first * c);
             for ([a, b], w) in pairs.iter().zip(weights) {
-                let (a, b) = (&a.as_chunks::<LANES>().0[i], &b.as_chunks::<LANES>().0[i]);
+                let (a, b) = (&a[i], &b[i]);
                 for l in 0..LANES {
                     sum[l] += w * (a[l] + b[l]);
                 }
@@ -103,6 +103,84 @@ for_each_processor! {
             let (dx, dy) = (row[x + 2] - row[x], below[x + 1] - above[x + 1]);
             magnitude[x] = (dx * dx + dy * dy).sqrt();
             angle[x] = arctangent(dy, dx);
+        }
+    }
+}
+
+/// Most pixels of a row of a descriptor's window: 2 x 38 + 1.
+pub const ROW: usize = 80;
+/// Orientations of a descriptor's cell.
+pub const BINS: usize = 8;
+/// Cells along a side of a descriptor, with a rim that takes what falls beyond.
+pub const SIDE: usize = 6;
+/// A descriptor in the making.
+pub type Histograms = [[f32; BINS]; SIDE * SIDE];
+
+for_each_processor! {
+    /// Adds a row of gradients to the histograms, each to the four cells and the two orientations about
+    /// it. `across`: their weights; `cell`: column and row, in cells, of the first pixel and the steps from
+    /// pixel to pixel.
+    pub fn spread(
+        histograms: &mut Histograms,
+        magnitude: &[f32],
+        angle: &[f32],
+        across: &[f32],
+        down: f32,
+        cell: [[f32; 2]; 2],
+        orientation: f32,
+    ) {
+        let n = magnitude.len().min(ROW);
+        let (magnitude, angle, across) = (&magnitude[..n], &angle[..n], &across[..n]);
+        let mut index = [0u32; ROW];
+        let [mut turns, mut right, mut below, mut weights] = [[0.0f32; ROW]; 4];
+        let limit = (SIDE - 1) as f32 - 1e-3;
+        for i in 0..n {
+            let column = less(greater(cell[0][0] + i as f32 * cell[1][0], 0.0), limit);
+            let row = less(greater(cell[0][1] + i as f32 * cell[1][1], 0.0), limit);
+            let (c, r) = (column as i32, row as i32);
+            index[i] = (SIDE as i32 * r + c) as u32;
+            right[i] = column - c as f32;
+            below[i] = row - r as f32;
+            weights[i] = magnitude[i] * across[i] * down;
+            let turn = (orientation - angle[i]) * (BINS as f32 / std::f32::consts::TAU);
+            let turn = if turn < 0.0 { turn + BINS as f32 } else { turn };
+            turns[i] = if turn >= BINS as f32 { turn - BINS as f32 } else { turn };
+        }
+        // Runs of pixels fall between the same four cells: these are summed apart from the histograms.
+        let mut sums = [[0.0f32; BINS]; 4];
+        let mut cells = 0;
+        for i in 0..n {
+            if index[i] as usize != cells {
+                add_cells(histograms, cells, &sums);
+                sums = [[0.0; BINS]; 4];
+                cells = index[i] as usize;
+            }
+            let mut share = [0.0f32; BINS];
+            for (k, s) in share.iter_mut().enumerate() {
+                let apart = (turns[i] - k as f32).abs();
+                // Around the circle.
+                let apart = less(apart, BINS as f32 - apart);
+                *s = weights[i] * greater(1.0 - apart, 0.0);
+            }
+            let (r, b) = (right[i], below[i]);
+            let parts = [(1.0 - b) * (1.0 - r), (1.0 - b) * r, b * (1.0 - r), b * r];
+            for (sum, part) in sums.iter_mut().zip(parts) {
+                for (sum, s) in sum.iter_mut().zip(&share) {
+                    *sum += part * s;
+                }
+            }
+        }
+        add_cells(histograms, cells, &sums);
+    }
+}
+
+/// Adds to a cell, the next, and the two below them.
+#[inline(always)]
+fn add_cells(histograms: &mut Histograms, first: usize, sums: &[[f32; BINS]; 4]) {
+    let first = first.min(SIDE * (SIDE - 1) - 2);
+    for (offset, sums) in [0, 1, SIDE, SIDE + 1].into_iter().zip(sums) {
+        for (h, s) in histograms[first + offset].iter_mut().zip(sums) {
+            *h += s;
         }
     }
 }

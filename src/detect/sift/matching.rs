@@ -1,7 +1,11 @@
 //! Matches between two images' features: exact nearest neighbours, Lowe's ratio test, mutual check.
 
-use super::{Descriptor, SiftFeatures};
+use super::SiftFeatures;
+use super::distances::nearest;
 use crate::error::{Error, Result};
+
+/// Most pairs of features that are compared: minutes.
+pub const MAX_PAIRS: u64 = 1 << 36;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SiftMatchOptions {
@@ -32,46 +36,27 @@ pub struct SiftMatch {
 /// For each feature of `a` that passes the tests, in order, its nearest of `b`; of equals, the first.
 ///
 /// # Errors
-/// `InvalidArgument` for a ratio out of range, and where keypoints and descriptors differ in number.
+/// `InvalidArgument` for a ratio out of range, and for more than [`MAX_PAIRS`] pairs.
 pub fn match_sift(a: &SiftFeatures, b: &SiftFeatures, options: &SiftMatchOptions) -> Result<Vec<SiftMatch>> {
     if !(options.max_ratio > 0.0 && options.max_ratio <= 1.0) {
         return Err(Error::invalid("max_ratio", format!("{} is not in (0, 1]", options.max_ratio)));
     }
-    let (forward, backward) = nearest(&a.descriptors, &b.descriptors);
+    let (a, b) = (&a.descriptors, &b.descriptors);
+    if a.len() as u64 * b.len() as u64 > MAX_PAIRS {
+        let reason = format!("{} x {} pairs; keep only the strongest features", a.len(), b.len());
+        return Err(Error::invalid("features", reason));
+    }
+    let (forward, backward) = nearest(a, b);
     let matches = forward.iter().enumerate().filter_map(|(i, near)| {
-        if near.best == i32::MAX || (options.mutual && backward[near.index] != i) {
+        let distance = f64::from(near.best?).sqrt();
+        if options.mutual && backward.get(near.index) != Some(&i) {
             return None;
         }
-        let distance = f64::from(near.best).sqrt();
-        let ratio =
-            if near.second == i32::MAX || near.second == 0 { 1.0 } else { distance / f64::from(near.second).sqrt() };
+        let ratio = match near.second {
+            Some(second) if second > 0 => distance / f64::from(second).sqrt(),
+            _ => 1.0,
+        };
         (ratio <= options.max_ratio).then_some(SiftMatch { a: i, b: near.index, distance, ratio })
     });
     Ok(matches.collect())
-}
-
-#[derive(Clone, Copy)]
-struct Nearest {
-    best: i32,
-    second: i32,
-    index: usize,
-}
-
-fn nearest(a: &[Descriptor], b: &[Descriptor]) -> (Vec<Nearest>, Vec<usize>) {
-    let mut forward = vec![Nearest { best: i32::MAX, second: i32::MAX, index: 0 }; a.len()];
-    let mut backward = vec![(i32::MAX, 0); b.len()];
-    for (i, (da, near)) in a.iter().zip(&mut forward).enumerate() {
-        for (j, (db, back)) in b.iter().zip(&mut backward).enumerate() {
-            let d: i32 = da.iter().zip(db).map(|(x, y)| (i32::from(*x) - i32::from(*y)).pow(2)).sum();
-            if d < near.best {
-                *near = Nearest { best: d, second: near.best, index: j };
-            } else if d < near.second {
-                near.second = d;
-            }
-            if d < back.0 {
-                *back = (d, i);
-            }
-        }
-    }
-    (forward, backward.into_iter().map(|b| b.1).collect())
 }

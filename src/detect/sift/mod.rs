@@ -13,6 +13,7 @@
 //! centred at the refined place, not the nearest pixel.
 
 mod descriptor;
+mod distances;
 mod extrema;
 mod kernels;
 pub mod matching;
@@ -164,18 +165,18 @@ impl Detector {
 
     /// Sample 2 i of the doubled image is pixel i, sample 2 i + 1 the mean of pixels i and i + 1.
     fn doubled(&mut self, image: &Grey<'_>) {
+        // The last row and the last column are repeated.
+        let mut sums = vec![0.0; image.width() + 1];
         for y in 0..2 * image.height() {
             let (a, b) = (image.row(y / 2), image.row((y.div_ceil(2)).min(image.height() - 1)));
+            for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
+                *sum = f32::from(*a) + f32::from(*b);
+            }
+            sums[image.width()] = sums[image.width() - 1];
             self.push(|row| {
-                let mut last = f32::from(a[0]) + f32::from(b[0]);
-                let next = a.iter().zip(b).map(|(a, b)| f32::from(*a) + f32::from(*b));
-                for (pair, next) in row.chunks_exact_mut(2).zip(next.skip(1).chain([0.0])) {
-                    (pair[0], pair[1]) = (0.5 * last, 0.25 * (last + next));
-                    last = next;
+                for ((pair, a), b) in row.as_chunks_mut::<2>().0.iter_mut().zip(&sums).zip(&sums[1..]) {
+                    *pair = [0.5 * a, 0.25 * (a + b)];
                 }
-                // The last pixel is repeated.
-                let n = row.len();
-                row[n - 1] = row[n - 2];
             });
         }
     }

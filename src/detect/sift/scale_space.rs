@@ -2,7 +2,7 @@
 //! keeps as many as its users look back on. Memory thus grows with the image's width only, and what is
 //! worked on stays in the cache.
 
-use super::kernels::{LANES, filter};
+use super::kernels::{LANES, Lanes, filter};
 
 /// Scales an octave (Lowe's s), and the levels that take them: s + 3.
 pub const INTERVALS: usize = 3;
@@ -14,8 +14,8 @@ pub const SIGMA: f64 = 1.6;
 pub const REACH: usize = 46;
 /// Rows that a level works out together, so that its sources are read from memory once.
 const BATCH: usize = 8;
-/// Columns that are worked out together, for the same reason.
-const COLUMNS: usize = 4 * LANES;
+/// Groups of columns that are worked out together, for the same reason.
+const COLUMNS: usize = 4;
 /// Room left and right of a row that is filtered; no kernel is wider.
 const MARGIN: usize = 16;
 
@@ -48,7 +48,7 @@ struct Rows {
 
 impl Rows {
     fn new(stride: usize, capacity: usize) -> Self {
-        Self { data: vec![0.0; stride * capacity], stride, capacity, next: 0 }
+        Self { data: Vec::with_capacity(stride * capacity), stride, capacity, next: 0 }
     }
 
     /// Row `y`, one of the last `capacity`, with its padding.
@@ -61,6 +61,9 @@ impl Rows {
     /// Room for the next row.
     fn push(&mut self) -> &mut [f32] {
         let start = (self.next % self.capacity) * self.stride;
+        if self.next < self.capacity {
+            self.data.resize(start + self.stride, 0.0);
+        }
         self.next += 1;
         &mut self.data[start..start + self.stride]
     }
@@ -144,17 +147,21 @@ fn blur(
 ) {
     let (stride, radius) = (source.stride, gaussian.radius());
     let long = stride + 2 * MARGIN;
-    let none: [&[f32]; 2] = [&[], &[]];
+    let none: [&[Lanes]; 2] = [&[], &[]];
     let mut pairs = [none; MARGIN];
-    for x in (0..stride).step_by(COLUMNS) {
-        let columns = x..stride.min(x + COLUMNS);
-        for (y, line) in ys.clone().zip(lines.chunks_exact_mut(long)) {
+    // Row y + i - radius, where the image ends the last one.
+    let mut rows: [&[Lanes]; BATCH + 2 * MARGIN] = [&[]; BATCH + 2 * MARGIN];
+    for (i, row) in rows[..ys.len() + 2 * radius].iter_mut().enumerate() {
+        *row = lanes(source.row((ys.start + i).saturating_sub(radius).min(height - 1)));
+    }
+    for x in (0..stride / LANES).step_by(COLUMNS) {
+        let columns = x..(stride / LANES).min(x + COLUMNS);
+        for (i, line) in (radius..radius + ys.len()).zip(lines.chunks_exact_mut(long)) {
             for (j, pair) in (1..=radius).zip(&mut pairs) {
-                let (above, below) = (y.saturating_sub(j), (y + j).min(height - 1));
-                *pair = [&source.row(above)[columns.clone()], &source.row(below)[columns.clone()]];
+                *pair = [&rows[i - j][columns.clone()], &rows[i + j][columns.clone()]];
             }
-            let out = &mut line[MARGIN + columns.start..MARGIN + columns.end];
-            filter(out, &source.row(y)[columns.clone()], &pairs[..radius], &gaussian.weights);
+            let out = &mut line[MARGIN..].as_chunks_mut().0[columns.clone()];
+            filter(out, &rows[i][columns.clone()], &pairs[..radius], &gaussian.weights);
         }
     }
     for (_, line) in ys.zip(lines.chunks_exact_mut(long)) {
@@ -162,8 +169,12 @@ fn blur(
         line[..MARGIN].fill(first);
         line[MARGIN + width..].fill(last);
         for (j, pair) in (1..=radius).zip(&mut pairs) {
-            *pair = [&line[MARGIN - j..][..stride], &line[MARGIN + j..][..stride]];
+            *pair = [lanes(&line[MARGIN - j..][..stride]), lanes(&line[MARGIN + j..][..stride])];
         }
-        filter(target.push(), &line[MARGIN..][..stride], &pairs[..radius], &gaussian.weights);
+        filter(target.push().as_chunks_mut().0, lanes(&line[MARGIN..][..stride]), &pairs[..radius], &gaussian.weights);
     }
+}
+
+fn lanes(row: &[f32]) -> &[Lanes] {
+    row.as_chunks().0
 }
