@@ -78,7 +78,7 @@ fn kinect_frames_calibrate_each_other() {
         let file = |name: String| folder.join(name);
         let files =
             [file(format!("color{from}.png")), file(format!("depth{from}.pgm")), file(format!("color{to}.png"))];
-        let found = calibrate(files.each_ref().map(|f| f.as_path()), 1e-3, k, RgbdOptions::default());
+        let found = calibrate(files.each_ref().map(|f| f.as_path()), 1e-3, k, tuned());
         match found {
             Ok(found) => report(&format!("nyu {from}->{to}"), &found, &truth),
             Err(e) => eprintln!("{e}"),
@@ -99,8 +99,8 @@ fn rendered_frames_calibrate_each_other() {
         let truth = pose(to).inverse().after(&pose(0));
         let files = [folder.join("color0.jpg"), folder.join("depth0.png"), folder.join(format!("color{to}.jpg"))];
         let k = Intrinsics::new(525.0, 319.5, 239.5);
-        match calibrate(files.each_ref().map(|f| f.as_path()), 1e-3, k, RgbdOptions::default()) {
-            Ok(f) => report(&format!("redwood {to}"), &f, &truth),
+        match calibrate(files.each_ref().map(|f| f.as_path()), 1e-3, k, tuned()) {
+            Ok(f) => { report(&format!("redwood {to}"), &f, &truth); dump(&format!("{to}"), &f, k, &truth) },
             Err(e) => eprintln!("{e}"),
         }
     }
@@ -111,7 +111,27 @@ fn frames_without_texture_are_refused() {
     let Some(folder) = folder("rgbd_icl") else { return };
     let files = [folder.join("color1.png"), folder.join("depth1.png"), folder.join("color4.png")];
     let k = Intrinsics { fx: 481.2, fy: 480.0, skew: 0.0, cx: 319.5, cy: 239.5 };
-    let e = calibrate(files.each_ref().map(|f| f.as_path()), 2e-4, k, RgbdOptions::default())
+    let e = calibrate(files.each_ref().map(|f| f.as_path()), 2e-4, k, tuned())
         .map(|r| report("icl", &r, &Rigid::identity()));
     eprintln!("{e:?}");
+}
+
+fn dump(name: &str, r: &RgbdCalibration, k: Intrinsics, truth: &Rigid) {
+    let camera = Camera { pose: *truth, ..auxiliary(k) };
+    for (p, i) in r.points.iter().zip(&r.calibration.inliers) {
+        let seen = camera.project(&p.lifted.world).unwrap();
+        let e = p.fixed - seen;
+        eprintln!("D {name} {:.1} {:.1} {:.3} {:.3} {:.3} {} {:.3}", p.lifted.pixel.x, p.lifted.pixel.y, p.lifted.world.z, e.x, e.y, i, 1.0);
+    }
+}
+
+fn tuned() -> RgbdOptions {
+    let mut o = RgbdOptions::default();
+    let v = |n: &str, d: f64| std::env::var(n).ok().and_then(|v| v.parse().ok()).unwrap_or(d);
+    o.sift.contrast_threshold = v("CONTRAST", 0.04);
+    o.sift.edge_ratio = v("EDGE", 10.0);
+    o.matching.max_ratio = v("RATIO", 0.8);
+    o.depth_noise.inverse_depth = v("RHO", 1.425e-3);
+    o.guided = v("GUIDED", 1.0) > 0.0;
+    o
 }

@@ -98,7 +98,7 @@ impl Guide<'_> {
             let k = &index.features.keypoints[b];
             let ratio = k.scale / scale;
             let off = Vector2::new(k.x, k.y) - expected.pixel;
-            if !(1.0 / MAX_SCALE_RATIO..=MAX_SCALE_RATIO).contains(&ratio) || off.dot(&(information * off)) > GATE {
+            if !(1.0 / ev("SCALE",1.6)..=ev("SCALE",1.6)).contains(&ratio) || off.dot(&(information * off)) > GATE {
                 continue;
             }
             let distance = squared_distance(&view.features.descriptors[a], &index.features.descriptors[b]);
@@ -113,7 +113,7 @@ impl Guide<'_> {
         let (_, distance) = best?;
         let ratio = (f64::from(distance) / f64::from(second)).sqrt();
         // Of a lone candidate only likeness itself can tell.
-        (ratio <= *max_ratio && distance <= MAX_DISTANCE.pow(2)).then_some(best?)
+        (ratio <= *max_ratio && f64::from(distance) <= ev("DIST",300.0).powi(2)).then_some(best?)
     }
 }
 
@@ -123,3 +123,5 @@ const MAX_DISTANCE: i32 = 300;
 fn squared_distance(a: &Descriptor, b: &Descriptor) -> i32 {
     a.iter().zip(b).map(|(a, b)| (i32::from(*a) - i32::from(*b)).pow(2)).sum()
 }
+
+fn ev(n: &str, d: f64) -> f64 { std::env::var(n).ok().and_then(|v| v.parse().ok()).unwrap_or(d) }

@@ -7,7 +7,8 @@ use crate::image::InverseDepth;
 
 /// A pixel with depth as a point in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Lifted {
+pub struct Lifted {
+    /// Of the auxiliary image.
     pub pixel: Vector2<f64>,
     /// Metres.
     pub world: Vector3<f64>,
@@ -15,7 +16,7 @@ pub(super) struct Lifted {
     by_depth: Matrix3<f64>,
     /// What a pixel noise of 1 px does to it, m^2.
     by_pixel: Matrix3<f64>,
-    /// Size of a pixel at the point.
+    /// Size of a pixel at the point, metres.
     pub metres_per_pixel: f64,
 }
 

@@ -6,30 +6,29 @@
 mod guide;
 mod lift;
 mod options;
+mod robust;
 #[cfg(test)]
 mod tests;
 mod view;
 
-use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use nalgebra::Vector2;
 
-use crate::calibrate::{Calibration, Correspondences, Observation, calibrate_camera};
+use crate::calibrate::Calibration;
 use crate::detect::sift::{SiftFeatures, detect_sift};
 use crate::error::{Error, Result};
 use crate::geometry::Camera;
 use crate::image::{DepthMap, ImageView};
+pub use lift::Lifted;
 pub use options::RgbdOptions;
+use robust::RobustFit;
 use view::View;
 pub use view::ViewCounts;
 
 /// Most auxiliary views of one calibration.
 pub const MAX_VIEWS: usize = 1024;
 
-/// Standard deviation of keypoints that pairs are first judged by, and its bounds, pixels.
+/// Standard deviation of keypoints that pairs are first judged by, pixels.
 const FIRST_SIGMA: f64 = 0.7;
-const MIN_SIGMA: f64 = 0.05;
-const MAX_SIGMA: f64 = 2.0;
-/// Median of chi-square with two degrees of freedom.
-const MEDIAN: f64 = 2.0 * std::f64::consts::LN_2;
 /// Times that pairs are looked for with the camera that the last ones gave.
 const ROUNDS: usize = 3;
 
@@ -38,14 +37,10 @@ const ROUNDS: usize = 3;
 pub struct PointPair {
     /// Number of the auxiliary view.
     pub view: usize,
-    /// Pixels of the auxiliary image.
-    pub auxiliary: Vector2<f64>,
+    /// The feature in the auxiliary image and in the world.
+    pub lifted: Lifted,
     /// Pixels of the fixed camera's image.
     pub fixed: Vector2<f64>,
-    /// Metres.
-    pub world: Vector3<f64>,
-    /// Of `world`, m^2.
-    pub covariance: Matrix3<f64>,
 }
 
 /// The fixed camera, and the pairs that it comes from.
@@ -101,58 +96,44 @@ impl RgbdCalibrator {
     /// `TooFewMatches` where the images have too little in common, and the errors of
     /// [`calibrate_camera`].
     pub fn calibrate(&self) -> Result<RgbdCalibration> {
-        let mut sigma = self.options.keypoint_sigma.unwrap_or(FIRST_SIGMA);
-        let mut points = self.points(sigma, |view| view.pairs.clone());
+        let given = self.options.keypoint_sigma;
+        let mut sigma = given.unwrap_or(FIRST_SIGMA);
+        let mut points = self.points(|view| view.pairs.clone());
         self.enough(points.len(), None)?;
-        let mut calibration = self.fit(&points, sigma)?;
+        let robust = |points: &[PointPair], sigma| {
+            let fit = RobustFit { size: [self.width, self.height], options: &self.options.calibration };
+            fit.run(points, sigma, given.is_none())
+        };
+        let agreeing = |e| match e {
+            Error::NoConsensus { inliers, total } => self.enough(inliers, Some(total)).err().unwrap_or(e),
+            e => e,
+        };
+        let mut calibration;
+        (calibration, sigma) = robust(&points, sigma).map_err(agreeing)?;
         for _ in 0..ROUNDS {
-            if self.options.keypoint_sigma.is_none() {
-                sigma = estimate_sigma(&points, &calibration, sigma);
+            if !self.options.guided {
+                break;
             }
-            let other = self.points(sigma, |view| match self.options.guided {
-                true => guide::pairs(view, &self.features, &calibration, sigma, self.options.matching.max_ratio),
-                false => view.pairs.clone(),
-            });
-            let Ok(refit) = self.fit(&other, sigma) else { break };
-            (points, calibration) = (other, refit);
+            let ratio = self.options.matching.max_ratio;
+            let other = self.points(|view| guide::pairs(view, &self.features, &calibration, sigma, ratio));
+            // Guided by a poor camera there may be none.
+            let Ok((refit, spread)) = robust(&other, sigma) else { break };
+            (points, calibration, sigma) = (other, refit, spread);
         }
+        self.enough(calibration.inliers.iter().filter(|i| **i).count(), Some(points.len()))?;
         Ok(RgbdCalibration { calibration, points, keypoint_sigma: sigma })
     }
 
     /// Pairs of features of every view as points and pixels.
-    fn points(&self, sigma: f64, pairs: impl Fn(&View) -> Vec<(usize, usize)>) -> Vec<PointPair> {
+    fn points(&self, pairs: impl Fn(&View) -> Vec<(usize, usize)>) -> Vec<PointPair> {
         let mut points = Vec::new();
-        for (number, view) in self.views.iter().enumerate() {
-            points.extend(pairs(view).into_iter().filter_map(|(a, b)| {
-                let (lifted, k) = (view.lifted[a].as_ref()?, &self.features.keypoints[b]);
-                Some(PointPair {
-                    view: number,
-                    auxiliary: lifted.pixel,
-                    fixed: Vector2::new(k.x, k.y),
-                    world: lifted.world,
-                    covariance: lifted.covariance(sigma),
-                })
+        for (view, of) in self.views.iter().enumerate() {
+            points.extend(pairs(of).into_iter().filter_map(|(a, b)| {
+                let (lifted, k) = (of.lifted[a]?, &self.features.keypoints[b]);
+                Some(PointPair { view, lifted, fixed: Vector2::new(k.x, k.y) })
             }));
         }
         points
-    }
-
-    fn fit(&self, points: &[PointPair], sigma: f64) -> Result<Calibration> {
-        let mut set = Correspondences::new(self.width, self.height)?;
-        let variance = Matrix2::identity() * sigma.powi(2);
-        set.add_all(points.iter().map(|p| Observation::Point {
-            world: p.world,
-            world_covariance: Some(p.covariance),
-            pixel: p.fixed,
-            pixel_covariance: Some(variance),
-        }))?;
-        let calibration = calibrate_camera(&set, &self.options.calibration).map_err(|e| match e {
-            Error::NoConsensus { inliers, .. } => self.enough(inliers, Some(points.len())).err().unwrap_or(e),
-            e => e,
-        })?;
-        let agreeing = calibration.inliers.iter().filter(|i| **i).count();
-        self.enough(agreeing, Some(points.len()))?;
-        Ok(calibration)
     }
 
     /// Refuses fewer pairs than the options ask for; `of`: those that are left of so many.
@@ -174,21 +155,4 @@ impl RgbdCalibrator {
         };
         Err(Error::TooFewMatches { needed: self.options.min_pairs, detail })
     }
-}
-
-/// Keypoints' standard deviation from the median distance of those that agree, in units of the last.
-fn estimate_sigma(points: &[PointPair], calibration: &Calibration, sigma: f64) -> f64 {
-    let distance = |(p, inlier): (&PointPair, &bool)| {
-        let seen = calibration.camera.project_with_jacobian(&p.world).filter(|_| *inlier)?;
-        let covariance = seen.by_point * p.covariance * seen.by_point.transpose() + Matrix2::identity() * sigma.powi(2);
-        let off = p.fixed - seen.pixel;
-        Some(off.dot(&(covariance.try_inverse()? * off)))
-    };
-    let mut distances: Vec<f64> = points.iter().zip(&calibration.inliers).filter_map(distance).collect();
-    let middle = distances.len() / 2;
-    if distances.is_empty() {
-        return sigma;
-    }
-    let median = *distances.select_nth_unstable_by(middle, f64::total_cmp).1;
-    (sigma * (median / MEDIAN).sqrt()).clamp(MIN_SIGMA, MAX_SIGMA)
 }
