@@ -35,7 +35,9 @@ impl Canvas {
         let row_bytes = 3 * image.width as usize;
         for (view, x) in [(left, 0), (right, left.width())] {
             let part = Self::new(view).image;
-            for (from, to) in part.data.chunks_exact(3 * view.width() as usize).zip(image.data.chunks_exact_mut(row_bytes)) {
+            for (from, to) in
+                part.data.chunks_exact(3 * view.width() as usize).zip(image.data.chunks_exact_mut(row_bytes))
+            {
                 let start = 3 * x as usize;
                 to[start..start + from.len()].copy_from_slice(from);
             }

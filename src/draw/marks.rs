@@ -46,13 +46,7 @@ pub fn board(canvas: &mut Canvas, corners: &[Option<Vector2<f64>>], columns: usi
 }
 
 /// Residuals as arrows from where each point was seen, `scale` times as long; outliers are red rings.
-pub fn residuals(
-    canvas: &mut Canvas,
-    seen: &[Vector2<f64>],
-    residuals: &[Vector2<f64>],
-    inliers: &[bool],
-    scale: f64,
-) {
+pub fn residuals(canvas: &mut Canvas, seen: &[Vector2<f64>], residuals: &[Vector2<f64>], inliers: &[bool], scale: f64) {
     for ((at, residual), inlier) in seen.iter().zip(residuals).zip(inliers) {
         if *inlier {
             canvas.arrow(*at, at + residual * scale, 1.2, GREEN);

@@ -17,8 +17,8 @@ use crate::error::{Error, Result};
 use crate::geometry::Camera;
 use crate::image::{DepthMap, ImageView};
 pub use options::RgbdOptions;
-pub use view::ViewCounts;
 use view::View;
+pub use view::ViewCounts;
 
 /// Most auxiliary views of one calibration.
 pub const MAX_VIEWS: usize = 1024;
