@@ -89,11 +89,47 @@ pub struct SiftKeypoint {
     pub octave: i32,
 }
 
+impl SiftKeypoint {
+    /// Standard deviation of `x` and of `y`, pixels, from the scale alone: sqrt(0.1^2 + (0.045 scale)^2).
+    ///
+    /// Measured on right matches of rendered pairs with noise of 2 grey levels, where it holds from scale 1
+    /// to 20. Below a scale of 4 it is 0.06 pixels with a quarter of that noise and 0.2 with 2.5 times as much.
+    pub fn position_sigma(&self) -> f64 {
+        0.1f64.hypot(0.045 * self.scale)
+    }
+}
+
 /// Keypoints, the strongest first, and their descriptors.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SiftFeatures {
     pub keypoints: Vec<SiftKeypoint>,
     pub descriptors: Vec<Descriptor>,
+}
+
+impl SiftFeatures {
+    /// Features that were kept elsewhere.
+    ///
+    /// # Errors
+    /// `NotFinite`; `InvalidArgument` where keypoints and descriptors differ in number, for more than
+    /// [`MAX_FEATURES`] and for a scale that is not positive.
+    pub fn new(keypoints: Vec<SiftKeypoint>, descriptors: Vec<Descriptor>) -> Result<Self> {
+        let n = keypoints.len();
+        if n != descriptors.len() {
+            return Err(Error::invalid("descriptors", format!("{} for {n} keypoints", descriptors.len())));
+        }
+        if n > MAX_FEATURES {
+            return Err(Error::invalid("keypoints", format!("{n}; at most {MAX_FEATURES} are possible")));
+        }
+        for (index, k) in keypoints.iter().enumerate() {
+            if [k.x, k.y, k.scale, k.angle, k.response].iter().any(|v| !v.is_finite()) {
+                return Err(Error::NotFinite { name: "keypoints", index });
+            }
+            if k.scale <= 0.0 {
+                return Err(Error::invalid("keypoints", format!("keypoint {index} has scale {}", k.scale)));
+            }
+        }
+        Ok(Self { keypoints, descriptors })
+    }
 }
 
 /// Finds and describes the keypoints of an image's luma. An image without contrast has none.
