@@ -132,6 +132,7 @@ fn tuned() -> RgbdOptions {
     o.sift.edge_ratio = v("EDGE", 10.0);
     o.matching.max_ratio = v("RATIO", 0.8);
     o.depth_noise.inverse_depth = v("RHO", 1.425e-3);
+    if v("KNOWN", 0.0) > 0.0 { o.calibration.fixed_lens = Some((Intrinsics::new(525.0, 319.5, 239.5), Distortion::None)); }
     o.guided = v("GUIDED", 1.0) > 0.0;
     o
 }
