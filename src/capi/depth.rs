@@ -32,7 +32,7 @@ fn count(width: u32, height: u32, stride: usize) -> Result<usize> {
     if width == 0 || height == 0 {
         return Err(Error::invalid("depth", format!("{width} x {height} pixels")));
     }
-    if stride < width as usize {
+    if stride < width as usize || stride > PTZCAL_MAX_COUNT {
         return Err(Error::invalid("stride", format!("{stride} for rows of {width}")));
     }
     let count = stride.checked_mul(height as usize - 1).and_then(|n| n.checked_add(width as usize));
