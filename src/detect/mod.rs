@@ -1,8 +1,10 @@
-//! Finding things in images: the laser's spot, chessboards.
+//! Finding things in images: the laser's spot, chessboards, edges and lines.
 
 mod blobs;
 pub mod chessboard;
+pub mod edges;
 mod gaussian_fit;
+pub mod lines;
 mod single_image;
 pub mod spot;
 #[cfg(test)]
