@@ -21,17 +21,13 @@ pub struct Row {
     pub gy: Vec<i16>,
     /// |gx| + |gy|: not less than the magnitude.
     pub sum: Vec<i16>,
+    /// Squared magnitude.
+    pub square: Vec<i32>,
 }
 
 impl Row {
     fn new(width: usize) -> Self {
-        Self { gx: vec![0; width], gy: vec![0; width], sum: vec![0; width] }
-    }
-
-    /// Squared magnitude.
-    pub fn square(&self, x: usize) -> i32 {
-        let (gx, gy) = (i32::from(self.gx[x]), i32::from(self.gy[x]));
-        gx * gx + gy * gy
+        Self { gx: vec![0; width], gy: vec![0; width], sum: vec![0; width], square: vec![0; width] }
     }
 }
 
@@ -128,6 +124,10 @@ pub fn scan(image: &Grey<'_>, smoothing: &Smoothing, mut visit: impl FnMut(usize
         for ((sum, gx), gy) in row.sum.iter_mut().zip(&row.gx).zip(&row.gy) {
             *sum = gx.abs() + gy.abs();
         }
+        for ((square, gx), gy) in row.square.iter_mut().zip(&row.gx).zip(&row.gy) {
+            let (gx, gy) = (i32::from(*gx), i32::from(*gy));
+            *square = gx * gx + gy * gy;
+        }
         if y >= 2 {
             visit(y - 1, [&rows[(y - 2) % 3], &rows[(y - 1) % 3], &rows[y % 3]]);
         }
@@ -162,37 +162,50 @@ impl Maximum {
 }
 
 /// Pixels of a row that are looked at together.
-const BLOCK: usize = 16;
+const BLOCK: usize = 32;
 
 /// Calls `visit` with all maxima of at least the magnitude `least` (in `UNITS`), row by row.
 pub fn maxima(image: &Grey<'_>, smoothing: &Smoothing, least: f64, mut visit: impl FnMut(Maximum)) {
     let least = least.max(1.0);
     let least_sum = least.floor().min(f64::from(i16::MAX)) as i16;
     let least_square = (least * least).min(f64::from(i32::MAX)) as i32;
-    scan(image, smoothing, |y, [above, here, below]| {
-        let width = here.sum.len();
-        for (block, sums) in here.sum[1..width - 1].chunks(BLOCK).enumerate() {
-            if sums.iter().fold(0, |m: i16, s| m.max(*s)) < least_sum {
+    let mut found = [false; BLOCK];
+    scan(image, smoothing, |y, rows @ [_, here, _]| {
+        let last = here.sum.len() - 1;
+        for from in (1..last).step_by(BLOCK) {
+            let to = (from + BLOCK).min(last);
+            if here.sum[from..to].iter().fold(0, |m: i16, s| m.max(*s)) < least_sum {
                 continue;
             }
-            for x in (1 + block * BLOCK..).take(sums.len()) {
-                let square = here.square(x);
-                if square < least_square {
-                    continue;
-                }
+            let found = &mut found[..to - from];
+            mark(rows, from, least_square, found);
+            for x in found.iter().enumerate().filter(|(_, f)| **f).map(|(i, _)| from + i) {
                 let (gx, gy) = (i32::from(here.gx[x]), i32::from(here.gy[x]));
-                let [before, after] = if gy.abs() > gx.abs() {
-                    [above.square(x), below.square(x)]
-                } else {
-                    [here.square(x - 1), here.square(x + 1)]
-                };
-                // Of two equals the second: one of them, whichever.
-                if square >= before && square > after {
-                    visit(Maximum { x, y, gx, gy, squares: [square, before, after] });
-                }
+                let [before, after] = neighbours(rows, x, gy.abs() > gx.abs());
+                visit(Maximum { x, y, gx, gy, squares: [here.square[x], before, after] });
             }
         }
     });
+}
+
+fn neighbours([above, here, below]: [&Row; 3], x: usize, along_x: bool) -> [i32; 2] {
+    if along_x { [above.square[x], below.square[x]] } else { [here.square[x - 1], here.square[x + 1]] }
+}
+
+/// Which pixels are maxima. No branches: four at a time.
+fn mark([above, here, below]: [&Row; 3], from: usize, least: i32, found: &mut [bool]) {
+    let n = found.len();
+    let (gx, gy) = (&here.gx[from..][..n], &here.gy[from..][..n]);
+    let (above, below) = (&above.square[from..][..n], &below.square[from..][..n]);
+    let (left, middle, right) =
+        (&here.square[from - 1..][..n], &here.square[from..][..n], &here.square[from + 1..][..n]);
+    for i in 0..n {
+        let along_x = i32::from(gy[i]).abs() > i32::from(gx[i]).abs();
+        let before = if along_x { above[i] } else { left[i] };
+        let after = if along_x { below[i] } else { right[i] };
+        // Of two equals the second: one of them, whichever.
+        found[i] = (middle[i] >= least) & (middle[i] >= before) & (middle[i] > after);
+    }
 }
 
 /// Standard deviation of white noise, grey levels, by the median response of a filter that ignores

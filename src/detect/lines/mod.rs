@@ -59,7 +59,7 @@ pub struct LineOptions {
 
 impl Default for LineOptions {
     fn default() -> Self {
-        Self { min_length: 20.0, min_contrast: 8.0, max_gap: 40.0, max_segments: 10_000 }
+        Self { min_length: 20.0, min_contrast: 12.0, max_gap: 40.0, max_segments: 10_000 }
     }
 }
 
@@ -163,8 +163,8 @@ pub fn detect_line_segments(image: &ImageView<'_>, options: &LineOptions) -> Res
     let grey = Grey::of(image);
     let noise = noise_level(&grey);
     let contrast = options.min_contrast * STEP_GRADIENT * UNITS;
-    let low = (0.5 * contrast).max(NOISE_LOW * NOISE_GAIN * noise);
-    let high = contrast.max(NOISE_HIGH * NOISE_GAIN * noise);
+    let low = (0.75 * contrast).max(NOISE_LOW * NOISE_GAIN * noise);
+    let high = (1.25 * contrast).max(NOISE_HIGH * NOISE_GAIN * noise);
     let tests = 2.5 * ((grey.width() * grey.height()) as f64).log10() - FALSE_ALARMS.log10();
     let mut fitter = Fitter::new(&grey);
     let mut segments = Vec::new();

@@ -3,24 +3,26 @@
 //! the line's does, joins the line's fit. What was followed is taken out of the map, so that every
 //! edge pixel is in one run, and lines that cross cost each other a pixel or two.
 
-use std::f64::consts::TAU;
+use std::f32::consts::TAU;
 
 use crate::detect::edges::gradient::{Maximum, Smoothing, maxima};
 use crate::image::pyramid::Grey;
 
-/// Directions of a gradient are known to 1 / 128 of a turn.
-const BINS: i32 = 128;
+/// Directions of a gradient are known to 1 / 64 of a turn.
+const BINS: i32 = 64;
 const PRESENT: u8 = 0x80;
-/// Greatest difference of directions, 31 degrees: near the noise, gradients scatter.
-const DIRECTION_TOLERANCE: i32 = 11;
+/// Was on a run that is too short: not worth another.
+const SPENT: u8 = 0x40;
+/// Greatest difference of directions, 28 degrees: near the noise, gradients scatter.
+const DIRECTION_TOLERANCE: i32 = 5;
 /// Pixels from the line.
-const DISTANCE: f64 = 1.2;
+const DISTANCE: f32 = 1.2;
 /// Columns (or rows) in a row that may lack a pixel: a line that crosses takes away two or three.
 const GAP: i32 = 3;
 /// Weight of the seed's gradient in the slope: as good as this sum of squares of positions.
-const PRIOR: f64 = 12.0;
+const PRIOR: f32 = 12.0;
 /// Least share of columns that have a pixel.
-const DENSITY: f64 = 0.7;
+const DENSITY: f32 = 0.7;
 /// Seeds are taken in every fourth column (or row): no run that is long enough is missed.
 const SEED_STEP: usize = 4;
 
@@ -51,47 +53,71 @@ impl Track {
     }
 }
 
-fn bin(gx: f64, gy: f64) -> i32 {
+/// To the nearest; the standard function is a call where there is no instruction for it.
+fn round(v: f32) -> i32 {
+    const BIAS: f32 = 16384.0;
+    (v + (BIAS + 0.5)) as i32 - BIAS as i32
+}
+
+/// Direction of a gradient.
+fn bin(gx: f32, gy: f32) -> i32 {
     // atan to 0.2 degrees (Rajan et al., IEEE Signal Processing Magazine 2006).
     let (a, b) = (gx.abs(), gy.abs());
-    let r = a.min(b) / a.max(b).max(1e-300);
-    let octant = r * (std::f64::consts::FRAC_PI_4 + 0.273 * (1.0 - r));
+    let r = a.min(b) / a.max(b).max(1e-30);
+    let octant = r * (std::f32::consts::FRAC_PI_4 + 0.273 * (1.0 - r));
     let quadrant = if b > a { 0.25 * TAU - octant } else { octant };
     let half = if gx < 0.0 { 0.5 * TAU - quadrant } else { quadrant };
     let angle = if gy < 0.0 { TAU - half } else { half };
-    (angle * (f64::from(BINS) / TAU) + 0.5) as i32 % BINS
+    (angle * (BINS as f32 / TAU) + 0.5) as i32 & (BINS - 1)
 }
 
-fn apart(a: i32, b: i32) -> i32 {
-    let d = (a - b).rem_euclid(BINS);
-    d.min(BINS - d)
+fn direction(cell: u8) -> i32 {
+    i32::from(cell) & (BINS - 1)
 }
 
-/// Least squares of v by t, with the seed's slope as a prior.
+fn alike(a: i32, b: i32) -> bool {
+    let d = (a - b + DIRECTION_TOLERANCE) & (BINS - 1);
+    d <= 2 * DIRECTION_TOLERANCE
+}
+
+/// Least squares of v by t, both from the seed, with the seed's slope as a prior.
 #[derive(Clone, Copy)]
 struct Fit {
-    n: f64,
-    t: f64,
-    v: f64,
-    tt: f64,
-    tv: f64,
-    prior: f64,
+    n: f32,
+    t: f32,
+    v: f32,
+    tt: f32,
+    tv: f32,
+    prior: f32,
+    /// v = at + slope t, of the points so far.
+    slope: f32,
+    at: f32,
 }
 
 impl Fit {
-    fn add(&mut self, t: f64, v: f64) {
+    fn add(&mut self, t: f32, v: f32) {
         self.n += 1.0;
         self.t += t;
         self.v += v;
         self.tt += t * t;
         self.tv += t * v;
+        // A long run does not change with every point.
+        if self.n < 32.0 || self.n as i32 % 8 == 0 {
+            self.solve();
+        }
     }
 
-    /// Slope, and v at t = 0.
-    fn line(&self) -> [f64; 2] {
-        let (t, v) = (self.t / self.n, self.v / self.n);
-        let slope = (self.tv - self.t * v + PRIOR * self.prior) / (self.tt - self.t * t + PRIOR);
-        [slope, v - slope * t]
+    fn solve(&mut self) {
+        let scale = 1.0 / self.n;
+        let t = self.t * scale;
+        self.slope = (self.tv - t * self.v + PRIOR * self.prior) / (self.tt - t * self.t + PRIOR);
+        self.at = (self.v - self.slope * self.t) * scale;
+    }
+
+    /// Direction of the gradient across the line.
+    fn facing(&self, along_x: bool, rising: bool) -> i32 {
+        let sign = if rising { 1.0 } else { -1.0 };
+        if along_x { bin(-self.slope * sign, sign) } else { bin(sign, -self.slope * sign) }
     }
 }
 
@@ -104,7 +130,7 @@ impl EdgeMap {
         let high = high * high;
         maxima(image, &Smoothing::Binomial, low, |m: Maximum| {
             let index = m.y * width + m.x;
-            cells[index] = PRESENT | bin(f64::from(m.gx), f64::from(m.gy)) as u8;
+            cells[index] = PRESENT | bin(m.gx as f32, m.gy as f32) as u8;
             let along = if m.along_x() { m.x } else { m.y };
             if along.is_multiple_of(SEED_STEP) && f64::from(m.squares[0]) >= high {
                 seeds.push(index as u32);
@@ -116,13 +142,16 @@ impl EdgeMap {
     /// All runs of at least this length in pixels, in the order of their seeds.
     pub fn tracks(mut self, min_length: f64, mut found: impl FnMut(Track)) {
         for seed in std::mem::take(&mut self.seeds) {
-            if self.cells[seed as usize] == 0 {
+            let cell = self.cells[seed as usize];
+            if cell == 0 || cell & SPENT != 0 {
                 continue;
             }
-            if let Some(track) = self.grow(seed as usize)
-                && track.length() >= min_length
-            {
-                self.erase(&track);
+            let (track, share) = self.grow(seed as usize);
+            if track.length() < min_length || share < DENSITY {
+                self.along(&track, 0, |cell| *cell |= SPENT);
+            } else {
+                // The pixels beside it that belong to the same edge too.
+                self.along(&track, 1, |cell| *cell = 0);
                 found(track);
             }
         }
@@ -135,31 +164,28 @@ impl EdgeMap {
         if x < self.width && y < self.height { self.cells[y * self.width + x] } else { 0 }
     }
 
-    fn grow(&self, seed: usize) -> Option<Track> {
+    /// The run through a seed, and the share of its columns that have a pixel.
+    fn grow(&self, seed: usize) -> (Track, f32) {
         let (x, y) = ((seed % self.width) as i32, (seed / self.width) as i32);
-        let direction = i32::from(self.cells[seed] & !PRESENT);
-        let (sin, cos) = (f64::from(direction) * (TAU / f64::from(BINS))).sin_cos();
+        let mut facing = direction(self.cells[seed]);
+        let (sin, cos) = (facing as f32 * (TAU / BINS as f32)).sin_cos();
         let along_x = sin.abs() > cos.abs();
         let (t0, v0, prior) = if along_x { (x, y, -cos / sin) } else { (y, x, -sin / cos) };
         let rising = if along_x { sin > 0.0 } else { cos > 0.0 };
-        let mut fit = Fit { n: 0.0, t: 0.0, v: 0.0, tt: 0.0, tv: 0.0, prior };
+        let mut fit = Fit { n: 0.0, t: 0.0, v: 0.0, tt: 0.0, tv: 0.0, prior, slope: prior, at: 0.0 };
         fit.add(0.0, 0.0);
         let mut ends = [0, 0];
-        let mut facing = direction;
         for (end, step) in [(1, 1), (0, -1)] {
             let mut t = ends[end];
             let mut missing = 0;
             while missing <= GAP {
                 t += step;
-                let [slope, at] = fit.line();
-                let expected = at + slope * f64::from(t);
-                let nearest = expected.round();
-                let beside = if expected > nearest { 1.0 } else { -1.0 };
+                let expected = fit.at + fit.slope * t as f32;
+                let nearest = round(expected);
+                let beside = if expected > nearest as f32 { 1 } else { -1 };
                 let candidate = [nearest, nearest + beside, nearest - beside].into_iter().find(|v| {
-                    let cell = self.cell(along_x, t0 + t, v0 + *v as i32);
-                    cell != 0
-                        && (v - expected).abs() <= DISTANCE
-                        && apart(i32::from(cell & !PRESENT), facing) <= DIRECTION_TOLERANCE
+                    let cell = self.cell(along_x, t0 + t, v0 + v);
+                    cell != 0 && alike(direction(cell), facing) && (*v as f32 - expected).abs() <= DISTANCE
                 });
                 let Some(v) = candidate else {
                     missing += 1;
@@ -167,36 +193,33 @@ impl EdgeMap {
                 };
                 missing = 0;
                 ends[end] = t;
-                fit.add(f64::from(t), v);
+                fit.add(t as f32, v as f32);
                 // The line's own direction is better than a pixel's.
                 if fit.n as i32 % 4 == 0 {
-                    let sign = if rising { 1.0 } else { -1.0 };
-                    let [slope, _] = fit.line();
-                    facing = if along_x { bin(-slope * sign, sign) } else { bin(sign, -slope * sign) };
+                    facing = fit.facing(along_x, rising);
                 }
             }
         }
+        fit.solve();
         let [first, last] = ends;
-        if fit.n < DENSITY * f64::from(last - first + 1) {
-            return None;
-        }
-        let [slope, at] = fit.line();
-        let at = f64::from(v0) + at + slope * f64::from(first);
-        Some(Track { along_x, first: t0 + first, last: t0 + last, at, slope, rising })
+        let at = f64::from(v0) + f64::from(fit.at) + f64::from(fit.slope) * f64::from(first);
+        let slope = f64::from(fit.slope);
+        let track = Track { along_x, first: t0 + first, last: t0 + last, at, slope, rising };
+        (track, fit.n / (last - first + 1) as f32)
     }
 
-    /// Takes out the run's pixels, and those beside them that belong to the same edge.
-    fn erase(&mut self, track: &Track) {
+    /// Changes the pixels of a run, with those up to `beside` off it.
+    fn along(&mut self, track: &Track, beside: i32, change: impl Fn(&mut u8)) {
         let sign = if track.rising { 1.0 } else { -1.0 };
-        let across = -track.slope * sign;
+        let across = -track.slope as f32 * sign;
         let facing = if track.along_x { bin(across, sign) } else { bin(sign, across) };
         for t in track.first..=track.last {
-            let v = (track.at + track.slope * f64::from(t - track.first)).round() as i32;
-            for v in v - 1..=v + 1 {
+            let v = (track.at + track.slope * f64::from(t - track.first) + 0.5) as i32;
+            for v in v - beside..=v + beside {
                 let cell = self.cell(track.along_x, t, v);
-                if cell != 0 && apart(i32::from(cell & !PRESENT), facing) <= DIRECTION_TOLERANCE {
+                if cell != 0 && alike(direction(cell), facing) {
                     let (x, y) = if track.along_x { (t, v) } else { (v, t) };
-                    self.cells[y as usize * self.width + x as usize] = 0;
+                    change(&mut self.cells[y as usize * self.width + x as usize]);
                 }
             }
         }
