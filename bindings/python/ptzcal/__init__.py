@@ -40,6 +40,7 @@ from .pose import Pose, PoseMethod, RoofEdges, estimate_pose_roof_edges
 from .rig import LogLevel, Rig, Settle
 from .rig_model import PanTilt, RigModel
 from .scan import FixedCamera, Gate, Progress, Region, Scan, Shot
+from .sift import SiftFeatures, SiftMatches, detect_sift, match_sift
 from .simulator import HEAD_CAMERA, Frame, Motion, Simulator
 
 __version__ = version()
@@ -82,6 +83,8 @@ __all__ = [
     "Scan",
     "Settle",
     "Shot",
+    "SiftFeatures",
+    "SiftMatches",
     "Simulator",
     "Spot",
     "SpotAmbiguous",
@@ -94,9 +97,11 @@ __all__ = [
     "calibrate_from_boards",
     "calibrate_laser_line",
     "detect_chessboard",
+    "detect_sift",
     "detect_spot",
     "division_eigenproblem",
     "estimate_pose_roof_edges",
+    "match_sift",
     "radial_alignment",
     "version",
 ]

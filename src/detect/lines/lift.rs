@@ -11,7 +11,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
 use super::LineSegment;
+use crate::error::{Error, Result};
 use crate::geometry::{Camera, MeasuredLine};
+use crate::image::{DepthMap, DepthNoise};
 
 /// The strips begin and end at these distances from the line, pixels.
 const STRIP: std::ops::RangeInclusive<i32> = 2..=7;
@@ -35,15 +37,33 @@ const CHI_SQUARE: f64 = 13.8;
 /// be an edge of the thing itself: the outline of a round one is a line too, but another one from
 /// every side.
 ///
-/// `depth` gives the depth of a pixel (x, y) along the optical axis, metres; not finite or not
-/// positive is unknown. `variance` gives the variance of an inverse depth, 1/m^2.
+/// # Errors
+/// `InvalidArgument` for noise or a camera that are none, and a map that has not the image's size;
+/// `NotFinite` for segments that are not finite.
 pub fn lift_segments(
     segments: &[LineSegment],
     camera: &Camera,
-    depth: impl Fn(usize, usize) -> Option<f64>,
-    variance: impl Fn(f64) -> f64,
-) -> Vec<Option<MeasuredLine>> {
-    segments.iter().map(|s| lift(s, camera, &depth, &variance)).collect()
+    depth: &DepthMap,
+    noise: &DepthNoise,
+) -> Result<Vec<Option<MeasuredLine>>> {
+    camera.validate()?;
+    noise.check()?;
+    let size = |w: usize, h: usize| format!("{w} x {h} pixels");
+    let [given, wanted] = [(depth.width(), depth.height()), (camera.width as usize, camera.height as usize)];
+    if given != wanted {
+        let reason = format!("{}, the camera's image has {}", size(given.0, given.1), size(wanted.0, wanted.1));
+        return Err(Error::invalid("depth", reason));
+    }
+    super::check_segments(segments)?;
+    let view = View { camera, depth, noise };
+    Ok(segments.iter().map(|s| view.lift(s)).collect())
+}
+
+/// An image with depths.
+struct View<'a> {
+    camera: &'a Camera,
+    depth: &'a DepthMap,
+    noise: &'a DepthNoise,
 }
 
 /// A place in a strip: along and across the line in the undistorted image, and its inverse depth.
@@ -62,62 +82,85 @@ struct Surface {
     covariance: Matrix2<f64>,
 }
 
-fn lift(
-    segment: &LineSegment,
-    camera: &Camera,
-    depth: &impl Fn(usize, usize) -> Option<f64>,
-    variance: &impl Fn(f64) -> f64,
-) -> Option<MeasuredLine> {
-    let [a, b] = segment.points.map(|p| camera.undistort_pixel(&p));
-    let [a, b] = [a?, b?];
-    let base = b - a;
-    let frame = Frame { origin: a, base, scale: 1.0 / base.norm_squared() };
-    let sides = [-1.0, 1.0].map(|side| {
-        let (depths, places, area) = strip(segment, camera, &frame, side, depth, variance);
-        surface(&depths, places, area)
-    });
-    let front = choose(sides[0]?, sides[1]?)?;
-    if front.rho.min() <= 0.0 {
-        return None;
-    }
-    // Both points with their covariance: across the image line, and in depth.
-    let to_world = camera.pose.rotation.transpose();
-    let mut x = [Vector3::zeros(); 2];
-    let mut covariance = Matrix6::zeros();
-    let mut by_depth = SMatrix::<f64, 6, 2>::zeros();
-    for (i, m) in [a, b].iter().enumerate() {
-        let ray = m.push(1.0) / front.rho[i];
-        x[i] = to_world * (ray - camera.pose.translation);
-        by_depth.fixed_view_mut::<3, 1>(3 * i, i).copy_from(&(to_world * ray / -front.rho[i]));
-        let moved = camera.undistort_pixel(&(segment.points[i] + segment.normal()))? - m;
-        let across = to_world * moved.push(0.0) / front.rho[i];
-        let c: Matrix3<f64> = across * across.transpose() * segment.variance;
-        covariance.fixed_view_mut::<3, 3>(3 * i, 3 * i).copy_from(&c);
-    }
-    covariance += by_depth * front.covariance * by_depth.transpose();
-    let length = (x[1] - x[0]).norm();
-    let direction = (x[1] - x[0]).try_normalize(1e-12)?;
-    let point = (x[0] + x[1]) * 0.5;
-    // (point, direction) is linear in the two points but for the length, which has no effect.
-    let mut t = Matrix6::zeros();
-    for (row, column, value) in [(0, 0, 0.5), (0, 3, 0.5), (3, 0, -1.0 / length), (3, 3, 1.0 / length)] {
-        t.fixed_view_mut::<3, 3>(row, column).copy_from(&(Matrix3::identity() * value));
-    }
-    let covariance = t * covariance * t.transpose();
-    let mut extent = [0.0; 2];
-    for (s, end) in extent.iter_mut().zip(&segment.ends) {
-        let m = camera.undistort_pixel(end)?;
-        let [along, _] = frame.place(&m);
-        let rho = front.rho[0] + along * (front.rho[1] - front.rho[0]);
-        if rho <= 0.0 {
+impl View<'_> {
+    fn lift(&self, segment: &LineSegment) -> Option<MeasuredLine> {
+        let camera = self.camera;
+        let [a, b] = segment.points.map(|p| camera.undistort_pixel(&p));
+        let [a, b] = [a?, b?];
+        let base = b - a;
+        let frame = Frame { origin: a, base, scale: 1.0 / base.norm_squared() };
+        let sides = [-1.0, 1.0].map(|side| {
+            let (depths, places, area) = self.strip(segment, &frame, side);
+            surface(&depths, places, area)
+        });
+        let front = choose(sides[0]?, sides[1]?)?;
+        if front.rho.min() <= 0.0 {
             return None;
         }
-        let at = to_world * (m.push(1.0) / rho - camera.pose.translation);
-        *s = (at - point).dot(&direction);
+        // Both points with their covariance: across the image line, and in depth.
+        let to_world = camera.pose.rotation.transpose();
+        let mut x = [Vector3::zeros(); 2];
+        let mut covariance = Matrix6::zeros();
+        let mut by_depth = SMatrix::<f64, 6, 2>::zeros();
+        for (i, m) in [a, b].iter().enumerate() {
+            let ray = m.push(1.0) / front.rho[i];
+            x[i] = to_world * (ray - camera.pose.translation);
+            by_depth.fixed_view_mut::<3, 1>(3 * i, i).copy_from(&(to_world * ray / -front.rho[i]));
+            let moved = camera.undistort_pixel(&(segment.points[i] + segment.normal()))? - m;
+            let across = to_world * moved.push(0.0) / front.rho[i];
+            let c: Matrix3<f64> = across * across.transpose() * segment.variance;
+            covariance.fixed_view_mut::<3, 3>(3 * i, 3 * i).copy_from(&c);
+        }
+        covariance += by_depth * front.covariance * by_depth.transpose();
+        let length = (x[1] - x[0]).norm();
+        let direction = (x[1] - x[0]).try_normalize(1e-12)?;
+        let point = (x[0] + x[1]) * 0.5;
+        // (point, direction) is linear in the two points but for the length, which has no effect.
+        let mut t = Matrix6::zeros();
+        for (row, column, value) in [(0, 0, 0.5), (0, 3, 0.5), (3, 0, -1.0 / length), (3, 3, 1.0 / length)] {
+            t.fixed_view_mut::<3, 3>(row, column).copy_from(&(Matrix3::identity() * value));
+        }
+        let covariance = t * covariance * t.transpose();
+        let mut extent = [0.0; 2];
+        for (s, end) in extent.iter_mut().zip(&segment.ends) {
+            let m = camera.undistort_pixel(end)?;
+            let [along, _] = frame.place(&m);
+            let rho = front.rho[0] + along * (front.rho[1] - front.rho[0]);
+            if rho <= 0.0 {
+                return None;
+            }
+            let at = to_world * (m.push(1.0) / rho - camera.pose.translation);
+            *s = (at - point).dot(&direction);
+        }
+        let covariance = (covariance + covariance.transpose()) * 0.5;
+        let finite = covariance.iter().chain(point.iter()).all(|v| v.is_finite());
+        finite.then_some(MeasuredLine { point, direction, covariance, extent })
     }
-    let covariance = (covariance + covariance.transpose()) * 0.5;
-    let finite = covariance.iter().chain(point.iter()).all(|v| v.is_finite());
-    finite.then_some(MeasuredLine { point, direction, covariance, extent })
+
+    /// The depths of one strip, how many there could be, and the area that each stands for, px^2.
+    fn strip(&self, segment: &LineSegment, frame: &Frame, side: f64) -> (Vec<Depth>, usize, f64) {
+        let length = segment.length();
+        let stations = length.min(MAX_STATIONS).floor().max(2.0);
+        let normal = segment.normal() * side;
+        let mut depths = Vec::new();
+        let mut places = 0;
+        for i in 0..stations as usize {
+            let on = segment.ends[0] + (segment.ends[1] - segment.ends[0]) * ((i as f64 + 0.5) / stations);
+            for k in STRIP {
+                places += 1;
+                let pixel = (on + normal * f64::from(k)).map(f64::round);
+                if pixel.x < 0.0 || pixel.y < 0.0 {
+                    continue;
+                }
+                let Some(z) = self.depth.at(pixel.x as usize, pixel.y as usize) else { continue };
+                let Some(m) = self.camera.undistort_pixel(&pixel) else { continue };
+                let [along, across] = frame.place(&m);
+                let rho = 1.0 / z;
+                depths.push(Depth { along, across, rho, variance: self.noise.variance(rho) });
+            }
+        }
+        (depths, places, length / stations)
+    }
 }
 
 /// Coordinates in the undistorted image: from the first point (along 0) to the second (along 1).
@@ -132,40 +175,6 @@ impl Frame {
         let d = m - self.origin;
         [d.dot(&self.base) * self.scale, d.perp(&self.base) * self.scale]
     }
-}
-
-/// The depths of one strip, how many there could be, and the area that each stands for, px^2.
-fn strip(
-    segment: &LineSegment,
-    camera: &Camera,
-    frame: &Frame,
-    side: f64,
-    depth: &impl Fn(usize, usize) -> Option<f64>,
-    variance: &impl Fn(f64) -> f64,
-) -> (Vec<Depth>, usize, f64) {
-    let length = segment.length();
-    let stations = length.min(MAX_STATIONS).floor().max(2.0);
-    let normal = segment.normal() * side;
-    let mut depths = Vec::new();
-    let mut places = 0;
-    for i in 0..stations as usize {
-        let on = segment.ends[0] + (segment.ends[1] - segment.ends[0]) * ((i as f64 + 0.5) / stations);
-        for k in STRIP {
-            places += 1;
-            let pixel = (on + normal * f64::from(k)).map(f64::round);
-            if pixel.x < 0.0 || pixel.y < 0.0 || pixel.x >= camera.width as f64 || pixel.y >= camera.height as f64 {
-                continue;
-            }
-            let Some(z) = depth(pixel.x as usize, pixel.y as usize).filter(|z| z.is_finite() && *z > 0.0) else {
-                continue;
-            };
-            let Some(m) = camera.undistort_pixel(&pixel) else { continue };
-            let [along, across] = frame.place(&m);
-            let rho = 1.0 / z;
-            depths.push(Depth { along, across, rho, variance: variance(rho) });
-        }
-    }
-    (depths, places, length / stations)
 }
 
 /// The plane that most depths of a strip agree with, where it meets the line.

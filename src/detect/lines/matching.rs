@@ -106,12 +106,7 @@ pub fn match_lines(
             return Err(Error::NotFinite { name: "lines", index });
         }
     }
-    for (index, s) in segments.iter().enumerate() {
-        let places = s.ends.iter().chain(&s.points).flat_map(|p| p.iter());
-        if !places.chain([&s.variance]).all(|v| v.is_finite()) {
-            return Err(Error::NotFinite { name: "segments", index });
-        }
-    }
+    super::check_segments(segments)?;
     let mut candidates = Vec::new();
     for (line, l) in lines.iter().enumerate() {
         let Some(seen) = Image::of(l, camera) else { continue };

@@ -182,6 +182,21 @@ pub fn detect_line_segments(image: &ImageView<'_>, options: &LineOptions) -> Res
     Ok(segments)
 }
 
+/// Refuses segments that are not finite, or are points.
+fn check_segments(segments: &[LineSegment]) -> Result<()> {
+    for (index, s) in segments.iter().enumerate() {
+        let places = s.ends.iter().chain(&s.points).flat_map(|p| p.iter());
+        if !places.chain([&s.variance]).all(|v| v.is_finite()) {
+            return Err(Error::NotFinite { name: "segments", index });
+        }
+        let apart = (s.points[1] - s.points[0]).norm().min(s.length());
+        if !(apart > 0.0 && s.variance > 0.0) {
+            return Err(Error::invalid("segments", format!("segment {index} has no length or no variance")));
+        }
+    }
+    Ok(())
+}
+
 /// log10 of the probability that a normal variable exceeds z: its asymptotic series' first term, which
 /// is an upper bound.
 fn log10_tail(z: f64) -> f64 {
