@@ -1163,6 +1163,509 @@ ptzcal_status ptzcal_detect_chessboard(const ptzcal_image *image,
                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+ * Detecting SIFT features
+ *
+ * Keypoints of an image that are found again in other images of the same thing, and descriptors to
+ * know them by: D. G. Lowe, Distinctive image features from scale-invariant keypoints, 2004. What is
+ * found can be copied out, kept, and made features again later.
+ * ============================================================================================= */
+
+/**
+ * Numbers of a keypoint: x, y, scale, angle, response, octave, sigma.
+ *
+ * x and y: pixels; (0, 0) is the centre of the top-left pixel. scale: standard deviation of the
+ * Gaussian at which it was found, pixels (half of OpenCV's size). angle: radians from x towards y.
+ * response: |difference of Gaussians| of an image from 0 to 1. octave: -1 for the doubled image, 0 for
+ * the image, 1 for half of it, and so on. sigma: standard deviation of x and of y, pixels, that is
+ * typical of the scale (measured, not estimated for this keypoint).
+ */
+#define PTZCAL_SIFT_KEYPOINT_SIZE 7
+
+/** Bytes of a descriptor: 4 x 4 cells of 8 orientations, in OpenCV's order, of length 512. */
+#define PTZCAL_SIFT_DESCRIPTOR_SIZE 128
+
+/** Keypoints and descriptors of an image. */
+typedef struct ptzcal_sift_features ptzcal_sift_features;
+
+/** Which keypoints are looked for. */
+typedef struct ptzcal_sift_options {
+  /** Set by ptzcal_sift_options_init. */
+  uint32_t struct_size;
+  /** Most features; the strongest are kept. 0: all, up to 1048576. */
+  uint32_t max_features;
+  /**
+   * 1: the image is doubled first, 0: it is not. Four times the time, for about three times the
+   * keypoints.
+   */
+  uint32_t upsample;
+  /** 0. */
+  uint32_t reserved;
+  /** Least contrast, above 0 to 1: Lowe's threshold times 3 intervals, as OpenCV counts. */
+  double contrast_threshold;
+  /** Greatest ratio of the principal curvatures, above 1: edges have a larger one. */
+  double edge_ratio;
+} ptzcal_sift_options;
+
+/**
+ * Sets up options with their defaults: all features, doubled image, contrast 0.04, edge ratio 10.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sift_options_init(ptzcal_sift_options *options,
+                                       size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds and describes the keypoints of an image, the strongest first. An image without contrast has
+ * none.
+ *
+ * Memory: about 20 kB for each column of the image (5 kB when it is not doubled), and 0.2 kB a feature.
+ *
+ * @param image    The image, at least 12 pixels high and wide, at most 32768 wide, at most 268435456 in
+ *                 all; of colours their luma is used.
+ * @param options  The options; may be NULL: the defaults.
+ * @param features Receives the features; free them with ptzcal_sift_features_free.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for options out of range, a malformed image
+ *         and one that is too small or too large; PTZCAL_STATUS_BUFFER_TOO_SMALL when a plane's size
+ *         cannot hold the image; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_detect_sift(const ptzcal_image *image,
+                                 const ptzcal_sift_options *options,
+                                 ptzcal_sift_features **features,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes features of keypoints and descriptors that were kept elsewhere, or come from elsewhere.
+ *
+ * @param keypoints   n x 7 numbers, as ptzcal_sift_features_copy_keypoints writes them; the last one of
+ *                    each is ignored.
+ * @param descriptors n x 128 bytes.
+ * @param n           Number of features, at most 1048576.
+ * @param features    Receives the features; free them with ptzcal_sift_features_free.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT for too many and
+ *         for a scale that is not positive.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sift_features_new(const double *keypoints,
+                                       const uint8_t *descriptors,
+                                       size_t n,
+                                       ptzcal_sift_features **features,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees features.
+ *
+ * @param features The features; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_sift_features_free(ptzcal_sift_features *features) PTZCAL_NOEXCEPT;
+
+/**
+ * How many features there are.
+ *
+ * @param features The features.
+ * @param count    Receives the number.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sift_features_count(const ptzcal_sift_features *features,
+                                         size_t *count,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the keypoints, PTZCAL_SIFT_KEYPOINT_SIZE numbers each.
+ *
+ * @param features  The features.
+ * @param keypoints Receives x, y, scale, angle, response, octave, sigma of each; may be NULL when
+ *                  capacity is 0.
+ * @param capacity  Numbers that fit.
+ * @param needed    Receives how many numbers there are; may be NULL.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: nothing was copied.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sift_features_copy_keypoints(const ptzcal_sift_features *features,
+                                                  double *keypoints,
+                                                  size_t capacity,
+                                                  size_t *needed,
+                                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the descriptors, PTZCAL_SIFT_DESCRIPTOR_SIZE bytes each.
+ *
+ * @param features    The features.
+ * @param descriptors Receives the descriptors; may be NULL when capacity is 0.
+ * @param capacity    Bytes that fit.
+ * @param needed      Receives how many bytes there are; may be NULL.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: nothing was copied.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sift_features_copy_descriptors(const ptzcal_sift_features *features,
+                                                    uint8_t *descriptors,
+                                                    size_t capacity,
+                                                    size_t *needed,
+                                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Matching SIFT features
+ *
+ * Pairs of features of two images whose descriptors are each other's nearest, and much nearer than the
+ * next (Lowe's ratio test). The search is exact.
+ * ============================================================================================= */
+
+/** Which pairs of features are matches. */
+typedef struct ptzcal_sift_match_options {
+  /** Set by ptzcal_sift_match_options_init. */
+  uint32_t struct_size;
+  /** 1: each must be the nearest of the other, 0: that of the second image the nearest of the first's. */
+  uint32_t mutual;
+  /** Greatest ratio of the distances to the nearest and to the second nearest, above 0 to 1; 1: any. */
+  double max_ratio;
+} ptzcal_sift_match_options;
+
+/**
+ * Sets up options with their defaults: a ratio of 0.8, each other's nearest.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sift_match_options_init(ptzcal_sift_match_options *options,
+                                             size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Matches the features of two images. A feature of `a` has at most one match; without the mutual check
+ * one of `b` can have several.
+ *
+ * @param a         Features of the first image.
+ * @param b         Features of the second image.
+ * @param options   The options; may be NULL: the defaults.
+ * @param pairs     Receives 2 numbers a match, by ascending feature of `a`: the features' indices in `a`
+ *                  and `b`.
+ * @param distances Receives 2 numbers a match: the distance (of descriptors of length 512), and its ratio
+ *                  to the distance of the second nearest (1 where there is none); may be NULL.
+ * @param capacity  Number of matches that the arrays hold; the number of features of `a` is always enough.
+ * @param count     Receives the number of matches, also when the capacity is too small.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: no match was written;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for options out of range and for more than 2^36 pairs of
+ *         features; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_match_sift(const ptzcal_sift_features *a,
+                                const ptzcal_sift_features *b,
+                                const ptzcal_sift_match_options *options,
+                                uint32_t *pairs,
+                                double *distances,
+                                size_t capacity,
+                                size_t *count,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Detecting edges and straight lines
+ *
+ * Edges are pixels where the light changes fastest (Canny), to a fraction of a pixel. Line segments are
+ * straight edges, to a few hundredths of a pixel, each with its covariance: what
+ * ptzcal_correspondences_add_lines takes as `uv` and `uv_covariance`.
+ *
+ * A segment's `uv` are two points on it whose errors across it are independent, one radius of gyration
+ * from its middle. Together they say all that is known of the line; on a line that a lens bends evenly
+ * they still lie on it, which its ends do not. On the way from the first to the second the bright side
+ * is on the right.
+ * ============================================================================================= */
+
+/** Which line segments are looked for. */
+typedef struct ptzcal_line_options {
+  /** Set by ptzcal_line_options_init. */
+  uint32_t struct_size;
+  /** Most segments that are returned, the longest first: 1 or more; the default is 10000. */
+  uint32_t max_segments;
+  /** Least length, pixels: 8 or more; the default is 20. */
+  double min_length;
+  /**
+   * Least step from dark to bright, grey levels: above 0 to 255; the default is 12. Where the image's
+   * noise asks for more, more is demanded.
+   */
+  double min_contrast;
+  /**
+   * Longest gap between two pieces of one line that are joined, pixels; the default is 40. It is never
+   * longer than the shorter piece. 0: nothing is joined.
+   */
+  double max_gap;
+} ptzcal_line_options;
+
+/**
+ * Sets up options with their defaults.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_line_options_init(ptzcal_line_options *options,
+                                       size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds edges: Canny's maxima of the gradient, row by row.
+ *
+ * @param image    The image; of colours their luma is used.
+ * @param sigma    Standard deviation of the Gaussian that smooths the image first, pixels, at most 10;
+ *                 0: a 3 x 3 binomial filter (0.71 pixels), which is faster.
+ * @param low      Gradient from which on an edge goes on, grey levels per pixel of the smoothed image,
+ *                 above 0.
+ * @param high     Gradient that an edge must reach somewhere, `low` or more.
+ * @param edges    Receives 5 numbers an edge pixel: x and y, pixels; the unit vector across the edge
+ *                 towards its bright side, x and y; the gradient.
+ * @param capacity Number of edge pixels that the array holds.
+ * @param count    Receives their number, also when the capacity is too small.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL for the capacity (nothing was written), or
+ *         when a plane's size cannot hold the image; PTZCAL_STATUS_INVALID_ARGUMENT for impossible
+ *         numbers, a malformed image and one of more than 2^28 pixels; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_detect_edges(const ptzcal_image *image,
+                                  double sigma,
+                                  double low,
+                                  double high,
+                                  double *edges,
+                                  size_t capacity,
+                                  size_t *count,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds straight line segments, the longest first. In an image of nothing but white noise there is
+ * about one at most.
+ *
+ * A line that a lens bends is one segment while it leaves a straight line by a pixel or so, and several
+ * otherwise. What is needed besides the image is a byte a pixel.
+ *
+ * @param image         The image; of colours their luma is used.
+ * @param options       The options; may be NULL: the defaults.
+ * @param uv            Receives n x 4 numbers: two points of each line with independent errors, pixels.
+ * @param uv_covariance Receives n x 6 numbers: xx, xy, yy of each point, px^2: that across the line, in
+ *                      all directions; may be NULL.
+ * @param ends          Receives n x 4 numbers: from where to where the line is seen, pixels, to a pixel or
+ *                      two; may be NULL.
+ * @param details       Receives n x 3 numbers: the step from dark to bright, grey levels; standard
+ *                      deviation of the edge's blur, pixels; length less gaps, pixels; may be NULL.
+ * @param capacity      Number of segments that the arrays hold; the options' max_segments is always
+ *                      enough.
+ * @param count         Receives the number n of segments, also when the capacity is too small.
+ * @param error         Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL for the capacity (nothing was written), or
+ *         when a plane's size cannot hold the image; PTZCAL_STATUS_INVALID_ARGUMENT for options out of
+ *         range, a malformed image and one of more than 2^28 pixels; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_detect_line_segments(const ptzcal_image *image,
+                                          const ptzcal_line_options *options,
+                                          double *uv,
+                                          double *uv_covariance,
+                                          double *ends,
+                                          double *details,
+                                          size_t capacity,
+                                          size_t *count,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Lines in space
+ *
+ * Straight lines through points of a cloud, and which of them is which segment of a camera's image.
+ * Lines have the form that ptzcal_correspondences_add_directed_lines takes.
+ * ============================================================================================= */
+
+/** How a line is fitted to points. */
+typedef struct ptzcal_line_fit_options {
+  /** Set by ptzcal_line_fit_options_init. */
+  uint32_t struct_size;
+  /** 1 (the default): outliers are found and set aside, from five points on. 0: all points are used. */
+  uint32_t robust;
+  /** Seed of the search for outliers; the default is 1. */
+  uint64_t seed;
+  /** Standard deviation of every coordinate of points without covariance, metres; the default is 0.01. */
+  double sigma;
+  /** Outliers lie beyond this many standard deviations; the default is 3.7. */
+  double outlier_threshold;
+  /** Least share of the points that must agree, 0 to 1; the default is 0.3. */
+  double min_inliers;
+} ptzcal_line_fit_options;
+
+/** Which line in space is which segment. */
+typedef struct ptzcal_line_match_options {
+  /** Set by ptzcal_line_match_options_init. */
+  uint32_t struct_size;
+  /**
+   * 1 (the default): the bright side must be on the same hand. Both cameras must then see the same
+   * surfaces on both sides of a line, and directions of lines in space be those of segments that they
+   * were made from. 0: either.
+   */
+  uint32_t same_polarity;
+  /** Standard deviation of the camera's projections, pixels; the default is 2. */
+  double camera_sigma;
+  /** Greatest distance of segment and line, in standard deviations; the default is 3. */
+  double max_distance;
+  /**
+   * By how much the next candidate's squared distance, in standard deviations, must be greater; the
+   * default is 9.
+   */
+  double min_lead;
+  /**
+   * Least share of the shorter one that segment and line's image have in common, 0 to 1; the default is
+   * 0.5.
+   */
+  double min_overlap;
+} ptzcal_line_match_options;
+
+/**
+ * Sets up options with their defaults.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_line_fit_options_init(ptzcal_line_fit_options *options,
+                                           size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Fits a straight line to points in space, of which some may be of other things: consensus of minimal
+ * samples (RANSAC), then maximum likelihood. Of several lines the one that most points agree with is
+ * taken. Points of a depth image need their covariances: along the ray their errors grow with the square
+ * of the depth. Pixels without depth must be left out.
+ *
+ * @param xyz             n x 3 numbers: points, metres.
+ * @param xyz_covariance  n x 9 numbers: of each point, row-major, positive definite, m^2; may be NULL: the
+ *                        options' sigma.
+ * @param n               Number of points, 2 or more.
+ * @param options         The options; may be NULL: the defaults.
+ * @param point_direction Receives 6 numbers: a point of the line in the middle of the inliers, and its
+ *                        unit direction.
+ * @param line_covariance Receives 36 numbers: of point and direction together, row-major; may be NULL.
+ *                        Larger than the stated noise makes it where the residuals contradict that
+ *                        (1 in 1000).
+ * @param extent          Receives 2 numbers: the first and last inlier's distance from the point along the
+ *                        direction, metres; may be NULL.
+ * @param inliers         Receives n numbers: 1 for points that agree, else 0; may be NULL.
+ * @param noise_factor    Receives the root of chi-square over its degrees of freedom, about 1 where the
+ *                        noise is as stated; 0 without redundancy; may be NULL.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NO_CONSENSUS;
+ *         PTZCAL_STATUS_DEGENERATE for points that are in one place as far as their noise tells;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a covariance that is none and options out of range;
+ *         PTZCAL_STATUS_NOT_FINITE (index: the point).
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_fit_line_3d(const double *xyz,
+                                 const double *xyz_covariance,
+                                 size_t n,
+                                 const ptzcal_line_fit_options *options,
+                                 double *point_direction,
+                                 double *line_covariance,
+                                 double *extent,
+                                 uint8_t *inliers,
+                                 double *noise_factor,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up options with their defaults.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_line_match_options_init(ptzcal_line_match_options *options,
+                                             size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Matches lines in space with the segments of a camera's image, by a first estimate of the camera. A line
+ * and a segment are matched once at most. What is not certain is not matched: lines with a second
+ * candidate nearly as good have none (but of pieces of one line the longest is taken).
+ *
+ * @param point_direction n_lines x 6 numbers: a point of each line, metres, world frame, and its
+ *                        direction, of any length but zero.
+ * @param line_covariance n_lines x 36 numbers: of point and direction, row-major; may be NULL: the lines
+ *                        are exact.
+ * @param extents         n_lines x 2 numbers: from where to where each line was seen: multiples of its
+ *                        direction from its point.
+ * @param n_lines         Number of lines.
+ * @param camera          The camera.
+ * @param uv              n_segments x 4 numbers: two points of each segment with independent errors,
+ *                        pixels, as ptzcal_detect_line_segments gives them.
+ * @param uv_covariance   n_segments x 6 numbers: xx, xy, yy of each point, px^2; may be NULL: 1 px,
+ *                        uncorrelated. Only what it says across the segment counts.
+ * @param ends            n_segments x 4 numbers: from where to where each segment is seen, pixels.
+ * @param n_segments      Number of segments.
+ * @param options         The options; may be NULL: the defaults.
+ * @param pairs           Receives 2 numbers a match, by ascending line: the indices of line and segment.
+ * @param residuals       Receives 2 numbers a match: distances of the segment's points from the line's
+ *                        image, pixels; may be NULL.
+ * @param capacity        Number of matches that the arrays hold; n_lines is always enough.
+ * @param count           Receives the number of matches, also when the capacity is too small.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: no match was written;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for directions that are zero, segments without length, and
+ *         options or a camera that are none; PTZCAL_STATUS_NOT_FINITE (index: the line or segment).
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_match_lines(const double *point_direction,
+                                 const double *line_covariance,
+                                 const double *extents,
+                                 size_t n_lines,
+                                 const ptzcal_camera *camera,
+                                 const double *uv,
+                                 const double *uv_covariance,
+                                 const double *ends,
+                                 size_t n_segments,
+                                 const ptzcal_line_match_options *options,
+                                 uint32_t *pairs,
+                                 double *residuals,
+                                 size_t capacity,
+                                 size_t *count,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
  * 2D-3D measurements
  *
  * What a camera is calibrated from: a growing set of measurements of one camera, in any mixture of

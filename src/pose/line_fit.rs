@@ -263,7 +263,7 @@ fn conclude(total: usize, all: &[Measured], used: &[bool], line: Line) -> Result
     let (h, _, chi_square) = normal_equations(&line, all, used);
     let inverse = h.try_inverse().filter(|c| c.iter().all(|v| v.is_finite()));
     let inverse = inverse.ok_or_else(|| coincident("their line has no direction"))?;
-    if inverse[(2, 2)].max(inverse[(3, 3)]) > NO_DIRECTION * NO_DIRECTION {
+    if inverse[(2, 2)].max(inverse[(3, 3)]) > NO_DIRECTION * NO_DIRECTION || one_place(all, used) {
         return Err(coincident("they are no farther apart than their noise"));
     }
     let count = used.iter().filter(|u| **u).count();
@@ -287,6 +287,16 @@ fn conclude(total: usize, all: &[Measured], used: &[bool], line: Line) -> Result
     let covariance = (covariance + covariance.transpose()) * 0.5;
     let line = MeasuredLine { point: line.point, direction: line.direction, covariance, extent };
     Ok(LineEstimate { line, chi_square, degrees_of_freedom, inliers })
+}
+
+/// Could all points be one?
+fn one_place(all: &[Measured], used: &[bool]) -> bool {
+    let used = || all.iter().zip(used).filter(|(_, u)| **u).map(|(m, _)| m);
+    let sum: Matrix3<f64> = used().map(|m| m.information).sum();
+    let weighted: Vector3<f64> = used().map(|m| m.information * m.x).sum();
+    let Some(mean) = sum.cholesky().map(|s| s.solve(&weighted)) else { return true };
+    let chi_square: f64 = used().map(|m| (m.x - mean).dot(&(m.information * (m.x - mean)))).sum();
+    upper_tail(chi_square, 3.0 * (used().count() as f64 - 1.0)) >= BEYOND_CHANCE
 }
 
 fn coincident(detail: &str) -> Error {

@@ -36,6 +36,15 @@ from .errors import (
     Status,
 )
 from .images import PixelFormat
+from .lines import (
+    LineFit,
+    LineMatches,
+    LineSegments,
+    detect_edges,
+    detect_line_segments,
+    fit_line_3d,
+    match_lines,
+)
 from .pose import Pose, PoseMethod, RoofEdges, estimate_pose_roof_edges
 from .rig import LogLevel, Rig, Settle
 from .rig_model import PanTilt, RigModel
@@ -68,6 +77,9 @@ __all__ = [
     "InvalidArgument",
     "LaserCalibration",
     "LaserColour",
+    "LineFit",
+    "LineMatches",
+    "LineSegments",
     "LogLevel",
     "Motion",
     "PanTilt",
@@ -97,10 +109,14 @@ __all__ = [
     "calibrate_from_boards",
     "calibrate_laser_line",
     "detect_chessboard",
+    "detect_edges",
+    "detect_line_segments",
     "detect_sift",
     "detect_spot",
     "division_eigenproblem",
     "estimate_pose_roof_edges",
+    "fit_line_3d",
+    "match_lines",
     "match_sift",
     "radial_alignment",
     "version",
