@@ -1,6 +1,8 @@
 //! From a pixel and its depth to a point in the world.
 
-use nalgebra::{Matrix3, Vector2, Vector3};
+use std::f64::consts::SQRT_2;
+
+use nalgebra::{Matrix2, Matrix3, Matrix3x2, Vector2, Vector3};
 
 use crate::geometry::Camera;
 use crate::image::InverseDepth;
@@ -14,21 +16,27 @@ pub struct Lifted {
     pub world: Vector3<f64>,
     /// What the depth's noise does to `world`, m^2.
     by_depth: Matrix3<f64>,
-    /// What a pixel noise of 1 px does to it, m^2.
+    /// What a pixel noise of `shape` does to it, m^2.
     by_pixel: Matrix3<f64>,
     /// Size of a pixel at the point, metres.
     pub metres_per_pixel: f64,
 }
 
 impl Lifted {
-    /// Covariance (m^2) of the point where pixels have this standard deviation.
-    pub fn covariance(&self, pixel_sigma: f64) -> Matrix3<f64> {
-        self.by_depth + self.by_pixel * pixel_sigma.powi(2)
+    /// Covariance (m^2) of the point where the pixel's is sigma^2 times its shape.
+    pub fn covariance(&self, sigma: f64) -> Matrix3<f64> {
+        self.by_depth + self.by_pixel * sigma.powi(2)
     }
 }
 
-/// The point that `camera` sees at `pixel`, at an inverse depth along its axis.
-pub(super) fn lift(camera: &Camera, pixel: &Vector2<f64>, depth: &InverseDepth) -> Option<Lifted> {
+/// The point that `camera` sees at `pixel`, at an inverse depth along its axis; `shape`: covariance of
+/// the pixel up to a factor.
+pub(super) fn lift(
+    camera: &Camera,
+    pixel: &Vector2<f64>,
+    shape: &Matrix2<f64>,
+    depth: &InverseDepth,
+) -> Option<Lifted> {
     // Scaled to advance by 1 along the optical axis.
     let direction = |pixel: Vector2<f64>| {
         let direction = camera.back_project(&pixel)?.direction;
@@ -37,17 +45,18 @@ pub(super) fn lift(camera: &Camera, pixel: &Vector2<f64>, depth: &InverseDepth) 
     };
     let ray = direction(*pixel)?;
     let half = 0.5;
-    let mut by_pixel = Matrix3::zeros();
-    for step in [Vector2::new(half, 0.0), Vector2::new(0.0, half)] {
-        let slope = (direction(pixel + step)? - direction(pixel - step)?) / (2.0 * half * depth.rho);
-        by_pixel += slope * slope.transpose();
-    }
+    let slope = |step: Vector2<f64>| {
+        let difference = direction(pixel + step)? - direction(pixel - step)?;
+        Some(difference / (2.0 * half * depth.rho))
+    };
+    let slopes = Matrix3x2::from_columns(&[slope(Vector2::new(half, 0.0))?, slope(Vector2::new(0.0, half))?]);
+    let by_pixel = slopes * shape * slopes.transpose();
     Some(Lifted {
         pixel: *pixel,
         world: camera.pose.centre() + ray / depth.rho,
         by_depth: ray * ray.transpose() * (depth.variance / depth.rho.powi(4)),
         by_pixel,
-        metres_per_pixel: (by_pixel.trace() / 2.0).sqrt(),
+        metres_per_pixel: slopes.norm() / SQRT_2,
     })
 }
 
@@ -68,7 +77,7 @@ mod tests {
         };
         let (pixel, sigma) = (Vector2::new(400.0, 100.0), 0.5);
         let depth = InverseDepth { rho: 0.4, variance: 1e-4 };
-        let lifted = lift(&camera, &pixel, &depth).unwrap();
+        let lifted = lift(&camera, &pixel, &Matrix2::identity(), &depth).unwrap();
         let (point, covariance) = (lifted.world, lifted.covariance(sigma));
         assert!((camera.project(&point).unwrap() - pixel).norm() < 1e-9);
         let at = camera.pose.apply(&point);

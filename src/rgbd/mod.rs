@@ -11,7 +11,7 @@ mod robust;
 mod tests;
 mod view;
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 
 use crate::calibrate::Calibration;
 use crate::detect::sift::{SiftFeatures, detect_sift};
@@ -41,6 +41,8 @@ pub struct PointPair {
     pub lifted: Lifted,
     /// Pixels of the fixed camera's image.
     pub fixed: Vector2<f64>,
+    /// Covariance of `fixed` up to a factor.
+    pub shape: Matrix2<f64>,
 }
 
 /// The fixed camera, and the pairs that it comes from.
@@ -49,7 +51,7 @@ pub struct RgbdCalibration {
     /// Its residuals and inliers are those of the point pairs, in order, and then of the line pairs.
     pub calibration: Calibration,
     pub points: Vec<PointPair>,
-    /// Standard deviation of a keypoint's place along x and along y, pixels: estimated or given.
+    /// Standard deviation of a keypoint's place across its elongation, pixels: estimated or given.
     pub keypoint_sigma: f64,
 }
 
@@ -114,8 +116,7 @@ impl RgbdCalibrator {
             if !self.options.guided {
                 break;
             }
-            let ratio = self.options.matching.max_ratio;
-            let other = self.points(|view| guide::pairs(view, &self.features, &calibration, sigma, ratio));
+            let other = self.points(|view| guide::pairs(view, &self.features, &calibration, sigma));
             // Guided by a poor camera there may be none.
             let Ok((refit, spread)) = robust(&other, sigma) else { break };
             (points, calibration, sigma) = (other, refit, spread);
@@ -130,7 +131,7 @@ impl RgbdCalibrator {
         for (view, of) in self.views.iter().enumerate() {
             points.extend(pairs(of).into_iter().filter_map(|(a, b)| {
                 let (lifted, k) = (of.lifted[a]?, &self.features.keypoints[b]);
-                Some(PointPair { view, lifted, fixed: Vector2::new(k.x, k.y) })
+                Some(PointPair { view, lifted, fixed: Vector2::new(k.x, k.y), shape: k.shape() })
             }));
         }
         points

@@ -10,10 +10,11 @@ pub struct RgbdOptions {
     pub sift: SiftOptions,
     pub matching: SiftMatchOptions,
     pub depth_noise: DepthNoise,
-    /// Standard deviation of a keypoint's place along x and along y, pixels of either image; `None`:
+    /// Standard deviation of a keypoint's place across its elongation, pixels of either image; `None`:
     /// estimated from the residuals.
     pub keypoint_sigma: Option<f64>,
-    /// Look for more pairs of points where a first camera expects them.
+    /// Once more with those pairs of features that look less distinct but lie where a first camera
+    /// expects them.
     pub guided: bool,
     /// Add lines that a first camera lets match.
     pub lines: bool,
@@ -25,7 +26,8 @@ pub struct RgbdOptions {
 impl Default for RgbdOptions {
     fn default() -> Self {
         Self {
-            sift: SiftOptions::default(),
+            // More and weaker features than for matching alone: geometry tells the wrong ones.
+            sift: SiftOptions { contrast_threshold: 0.02, ..SiftOptions::default() },
             matching: SiftMatchOptions::default(),
             depth_noise: DepthNoise::default(),
             keypoint_sigma: None,

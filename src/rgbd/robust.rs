@@ -5,8 +5,6 @@
 //! least squares with weights (K. L. Lange, R. J. A. Little, J. M. G. Taylor, Robust statistical
 //! modeling using the t distribution, JASA 84, 1989).
 
-use nalgebra::Matrix2;
-
 use super::PointPair;
 use crate::calibrate::{Calibration, CalibrationOptions, Correspondences, Observation, calibrate_camera};
 use crate::error::Result;
@@ -65,7 +63,7 @@ impl RobustFit<'_> {
             world: p.lifted.world,
             world_covariance: Some(p.lifted.covariance(scale) / *weight),
             pixel: p.fixed,
-            pixel_covariance: Some(Matrix2::identity() * (scale.powi(2) / weight)),
+            pixel_covariance: Some(p.shape * (scale.powi(2) / weight)),
         }))?;
         calibrate_camera(&set, self.options)
     }
@@ -81,6 +79,6 @@ fn distance(camera: &Camera, point: &PointPair, sigma: f64) -> f64 {
     let Some(seen) = camera.project_with_jacobian(&point.lifted.world) else { return f64::INFINITY };
     let by_point = seen.by_point * point.lifted.covariance(sigma) * seen.by_point.transpose();
     let off = point.fixed - seen.pixel;
-    let information = (by_point + Matrix2::identity() * sigma.powi(2)).try_inverse();
+    let information = (by_point + point.shape * sigma.powi(2)).try_inverse();
     information.map_or(f64::INFINITY, |i| off.dot(&(i * off)))
 }

@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 
 use super::RgbdOptions;
 use super::lift::{Lifted, lift};
-use crate::detect::sift::{SiftFeatures, detect_sift, match_sift};
+use crate::detect::sift::{SiftFeatures, SiftMatch, SiftMatchOptions, detect_sift, match_sift};
 use crate::error::{Error, Result};
 use crate::geometry::Camera;
 use crate::image::{DepthMap, ImageView};
@@ -30,6 +30,8 @@ pub(super) struct View {
     pub lifted: Vec<Option<Lifted>>,
     /// Pairs of its features and the fixed camera's that look alike, where there is depth.
     pub pairs: Vec<(usize, usize)>,
+    /// Pairs with depth that are each other's nearest, distinct from the next or not.
+    pub candidates: Vec<(usize, usize)>,
 }
 
 impl View {
@@ -52,17 +54,22 @@ impl View {
         let features = detect_sift(colour, &options.sift)?;
         let lifted = features.keypoints.iter().map(|k| {
             let pixel = Vector2::new(k.x, k.y);
-            lift(camera, &pixel, &depth.inverse_depth(&pixel, &options.depth_noise)?)
+            lift(camera, &pixel, &k.shape(), &depth.inverse_depth(&pixel, &options.depth_noise)?)
         });
         let lifted: Vec<Option<Lifted>> = lifted.collect();
         let matches = match_sift(&features, fixed, &options.matching)?;
-        let pairs: Vec<_> = matches.iter().filter(|m| lifted[m.a].is_some()).map(|m| (m.a, m.b)).collect();
+        let with_depth = |matches: &[SiftMatch]| -> Vec<(usize, usize)> {
+            matches.iter().filter(|m| lifted[m.a].is_some()).map(|m| (m.a, m.b)).collect()
+        };
+        let pairs = with_depth(&matches);
+        let every = SiftMatchOptions { max_ratio: 1.0, mutual: true };
+        let candidates = if options.guided { with_depth(&match_sift(&features, fixed, &every)?) } else { Vec::new() };
         let counts = ViewCounts {
             features: features.keypoints.len(),
             with_depth: lifted.iter().flatten().count(),
             matches: matches.len(),
             pairs: pairs.len(),
         };
-        Ok(Self { counts, features, lifted, pairs })
+        Ok(Self { counts, features, lifted, pairs, candidates })
     }
 }
