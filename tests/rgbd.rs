@@ -64,15 +64,14 @@ fn check(name: &str, found: &RgbdCalibration, lens: &Intrinsics, truth: &Rigid, 
     ];
     let used = c.inliers.iter().filter(|i| **i).count();
     println!(
-        "{name}: f {:.1} {:.1} c {:.1} {:.1}, {:.3} deg {:.1} mm, {used} of {} points and {} lines",
+        "{name}: f {:.1} {:.1} c {:.1} {:.1}, {:.3} deg {:.1} mm, {used} of {} points and lines",
         k.fx,
         k.fy,
         k.cx,
         k.cy,
         errors[2],
         errors[3],
-        found.points.len(),
-        found.lines.len()
+        c.inliers.len()
     );
     for (error, bound) in errors.iter().zip(bounds) {
         assert!(*error <= bound, "{name}: {errors:?} {bounds:?}");

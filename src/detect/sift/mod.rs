@@ -64,7 +64,7 @@ impl Default for SiftOptions {
 }
 
 impl SiftOptions {
-    fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         if !(self.contrast_threshold > 0.0 && self.contrast_threshold <= 1.0) {
             let reason = format!("{} is not in (0, 1]", self.contrast_threshold);
             return Err(Error::invalid("contrast_threshold", reason));
