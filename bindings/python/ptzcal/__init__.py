@@ -43,9 +43,12 @@ from .lines import (
     detect_edges,
     detect_line_segments,
     fit_line_3d,
+    lift_line_segments,
     match_lines,
 )
+from .pictures import DepthMap, Picture, read_image
 from .pose import Pose, PoseMethod, RoofEdges, estimate_pose_roof_edges
+from .rgbd import Rgbd, RgbdPairs, RgbdView
 from .rig import LogLevel, Rig, Settle
 from .rig_model import PanTilt, RigModel
 from .scan import FixedCamera, Gate, Progress, Region, Scan, Shot
@@ -68,6 +71,7 @@ __all__ = [
     "ChessboardAmbiguous",
     "ChessboardNotFound",
     "Correspondences",
+    "DepthMap",
     "DistortionModel",
     "Error",
     "FixedCamera",
@@ -83,11 +87,15 @@ __all__ = [
     "LogLevel",
     "Motion",
     "PanTilt",
+    "Picture",
     "PixelFormat",
     "Pose",
     "PoseMethod",
     "Progress",
     "Region",
+    "Rgbd",
+    "RgbdPairs",
+    "RgbdView",
     "Rig",
     "RigModel",
     "RigParameter",
@@ -116,8 +124,10 @@ __all__ = [
     "division_eigenproblem",
     "estimate_pose_roof_edges",
     "fit_line_3d",
+    "lift_line_segments",
     "match_lines",
     "match_sift",
     "radial_alignment",
+    "read_image",
     "version",
 ]
