@@ -183,7 +183,7 @@ impl<'a> Fitter<'a> {
         Some(line)
     }
 
-    fn finish(&mut self, track: &Track, line: &Regression, at: f64, slope: f64, blur: f64) -> Option<LineFit> {
+    fn finish(&self, track: &Track, line: &Regression, at: f64, slope: f64, blur: f64) -> Option<LineFit> {
         let used = || self.columns.iter().filter(|c| c.used);
         let (first, last) = (used().next()?.t, used().next_back()?.t);
         let count = used().count();
@@ -191,17 +191,14 @@ impl<'a> Fitter<'a> {
             return None;
         }
         let residual = |c: &Column| (c.shift + c.smooth * line.value(c.t)) / c.shift_variance.sqrt();
-        let noise2 = used().map(|c| residual(c).powi(2)).sum::<f64>() / (count as f64 - 2.0);
+        let residuals: Vec<f64> = used().map(residual).collect();
+        let noise2 = (residuals.iter().map(|r| r * r).sum::<f64>() / (count as f64 - 2.0)).max(1e-6);
         // Neighbouring columns that err alike (a bent line, texture) say less than independent ones.
-        self.sizes.clear();
-        let residuals: Vec<f64> = self.columns.iter().filter(|c| c.used).map(residual).collect();
-        self.sizes.extend(residuals.chunks_exact(BLOCK).map(|b| b.iter().sum::<f64>().powi(2) / BLOCK as f64));
-        let blocks = self.sizes.len() as f64;
-        let alike = self.sizes.iter().sum::<f64>() / (blocks * noise2);
-        let beyond_chance = blocks > 3.0 && alike > 1.0 + 3.0 * (2.0 / blocks).sqrt();
-        let noise2 = noise2.max(1e-6);
+        let blocks = residuals.chunks_exact(BLOCK).map(|b| b.iter().sum::<f64>().powi(2) / BLOCK as f64);
+        let number = blocks.len() as f64;
+        let alike = blocks.sum::<f64>() / (number * noise2);
+        let beyond_chance = number > 3.0 && alike > 1.0 + 3.0 * (2.0 / number).sqrt();
         let inflation = if beyond_chance { alike } else { 1.0 };
-        let used = || self.columns.iter().filter(|c| c.used);
         let n = count as f64;
         Some(LineFit {
             along_x: track.along_x,
