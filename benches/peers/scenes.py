@@ -130,6 +130,33 @@ def rectangles(width: int, height: int, n: int = 600, seed: int = 7):
     return np.clip(picture + rng.normal(0, 3, picture.shape), 0, 255).astype(np.uint8)
 
 
+def line_picture(width: int, height: int, seed: int = 9):
+    """Forty turned bright rectangles with soft sides and noise; the sides' ends, (160, 2, 2)."""
+    rng = np.random.default_rng(seed)
+    picture = np.full((height, width), 70.0)
+    columns, rows = 8, 5
+    w, h = width // columns, height // rows
+    x, y = np.meshgrid(np.arange(w, dtype=float), np.arange(h, dtype=float))
+    sides = []
+    for i in range(columns * rows):
+        corner = np.array([(i % columns) * w, (i // columns) * h], float)
+        centre = np.array([w, h]) / 2 + rng.uniform(-2, 2, 2)
+        half = np.array([0.3, 0.25]) * min(w, h) * rng.uniform(0.8, 1.1, 2)
+        turn = rng.uniform(0, np.pi)
+        axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+        inside = np.ones_like(x)
+        for axis, reach in zip(axes, half):
+            d = axis[0] * (x - centre[0]) + axis[1] * (y - centre[1])
+            # Any even ramp is half bright on the side; this one is about a pixel wide.
+            inside *= 1 / (1 + np.exp(-1.7 * (d + reach))) - 1 / (1 + np.exp(-1.7 * (d - reach)))
+        block = np.s_[int(corner[1]) : int(corner[1]) + h, int(corner[0]) : int(corner[0]) + w]
+        picture[block] += rng.uniform(50, 120) * inside
+        corners = [(-1, -1), (1, -1), (1, 1), (-1, 1)] * half @ axes + centre + corner
+        sides += [np.stack([corners[k], corners[(k + 1) % 4]]) for k in range(4)]
+    noisy = picture + rng.normal(0, 2, picture.shape)
+    return np.clip(np.rint(noisy), 0, 255).astype(np.uint8), np.array(sides)
+
+
 def rig() -> ptzcal.RigModel:
     return ptzcal.RigModel(
         720,

@@ -227,6 +227,53 @@ def chessboards() -> Iterator[Task]:
             yield Task("no chessboard", where, name, ours_absent, theirs, found, found, "", 0.0)
 
 
+# ---- lines --------------------------------------------------------------------------------------
+
+
+def _canny_hough(image):
+    """Canny and the progressive probabilistic Hough transform; (n, 2, 2)."""
+    edges = cv2.Canny(image, 50, 150)
+    found = cv2.HoughLinesP(edges, 1, np.pi / 180, 20, minLineLength=15, maxLineGap=3)
+    return np.empty((0, 2, 2)) if found is None else found.reshape(-1, 2, 2)
+
+
+def _lsd(image):
+    return cv2.createLineSegmentDetector().detect(image)[0].reshape(-1, 2, 2)
+
+
+def lines() -> Iterator[Task]:
+    recipes = {
+        "OpenCV Canny, HoughLinesP": _canny_hough,
+        "OpenCV LineSegmentDetector": _lsd,
+    }
+    for width, height in ((640, 480), (1920, 1080)):
+        picture, sides = scenes.line_picture(width, height)
+
+        def rms(found, sides=sides):
+            """How far the best segment of each side is off it; a side without one is off by 3 pixels."""
+            along = sides[:, 1] - sides[:, 0]
+            across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+            across /= np.linalg.norm(across, axis=1, keepdims=True)
+            off = np.einsum("nik,sk->sni", found, across) - (sides[:, 0] * across).sum(axis=1)[:, None, None]
+            off = np.sqrt((off**2).mean(axis=2))
+            middle = found.mean(axis=1)[None] - sides[:, None, 0]
+            at = (middle * along[:, None]).sum(axis=2) / (along**2).sum(axis=1)[:, None]
+            off[(at < 0) | (at > 1)] = np.inf
+            return np.sqrt((np.minimum(off.min(axis=1), 3) ** 2).mean())
+
+        def ours(picture=picture):
+            return ptzcal.detect_line_segments(picture, min_length=15).uv
+
+        for name, recipe in recipes.items():
+
+            def theirs(recipe=recipe, picture=picture):
+                return recipe(picture)
+
+            where = f"{width}x{height}, 160 sides"
+            theirs = _with(cv2, theirs)
+            yield Task("line segments", where, name, ours, theirs, rms, rms, "px rms", 1.5)
+
+
 # ---- calibration --------------------------------------------------------------------------------
 
 
@@ -565,4 +612,4 @@ def adjustments() -> Iterator[Task]:
         )
 
 
-GROUPS = (spots, spot_centres, chessboards, calibrations, robust_calibrations, adjustments, aiming, calls)
+GROUPS = (spots, spot_centres, chessboards, lines, calibrations, robust_calibrations, adjustments, aiming, calls)

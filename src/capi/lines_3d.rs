@@ -1,6 +1,7 @@
 //! Lines in space
 //!
-//! Straight lines through points of a cloud, and which of them is which segment of a camera's image.
+//! Straight lines through points of a cloud, or where an image with depths shows line segments, and which
+//! of them is which segment of a camera's image.
 //! Lines have the form that ptzcal_correspondences_add_directed_lines takes.
 
 use nalgebra::{Matrix3, Matrix6, Vector2, Vector3};
@@ -8,13 +9,16 @@ use nalgebra::{Matrix3, Matrix6, Vector2, Vector3};
 use super::args::{ArrayOut, Out, number, vectors, vectors_optional};
 use super::call::{ErrorOut, guard};
 use super::camera::{camera_in, ptzcal_camera};
+use super::depth::ptzcal_depth_map;
 use super::error::ptzcal_error;
+use super::handle::borrow;
 use super::rig_model::covariance2;
 use super::sized::{self, SizedStruct};
 use super::status::ptzcal_status;
-use crate::detect::lines::{LineMatchOptions, LineSegment, match_lines};
+use crate::detect::lines::{LineMatchOptions, LineSegment, lift_segments, match_lines};
 use crate::error::{Error, Result};
 use crate::geometry::MeasuredLine;
+use crate::image::DepthNoise;
 use crate::pose::{LineFitOptions, PointNoise, fit_line_3d};
 
 fn flag(value: u32, name: &'static str) -> Result<bool> {
@@ -171,8 +175,7 @@ pub unsafe extern "C" fn ptzcal_fit_line_3d(
         let (p, d) = (line.point, line.direction);
         point_direction.write(&[[p.x, p.y, p.z, d.x, d.y, d.z]]);
         if let Some(out) = line_covariance {
-            // Symmetric: rows are columns.
-            out.write(&[std::array::from_fn(|i| line.covariance.as_slice()[i])]);
+            out.write(&[covariance_out(line)]);
         }
         if let Some(out) = extent {
             out.write(&[line.extent]);
@@ -186,6 +189,98 @@ pub unsafe extern "C" fn ptzcal_fit_line_3d(
         }
         Ok(())
     })
+}
+
+/// Finds where line segments of an image with depths lie in space: where the surfaces beside them meet
+/// their viewing planes. Where the depth differs from side to side, the line is the edge of what is in
+/// front; it is taken to be an edge of the thing itself, not the outline of a round one.
+///
+/// @param uv              n x 4 numbers: two points of each segment with independent errors, pixels, as
+///                        ptzcal_detect_line_segments gives them.
+/// @param uv_covariance   n x 6 numbers: xx, xy, yy of each point, px^2; may be NULL: 1 px, uncorrelated.
+/// @param ends            n x 4 numbers: from where to where each segment is seen, pixels.
+/// @param n               Number of segments.
+/// @param camera          The camera of the image and of the depths. Its pose gives the frame of the lines.
+/// @param map             The depths, of the camera's image size.
+/// @param inverse_depth_sigma Standard deviation of the inverse depths, 1 / metre: 0.0014 for a Kinect.
+/// @param depth_sigma     Standard deviation of the depths besides, metres; not 0 with the other.
+/// @param point_direction Receives n x 6 numbers: a point of each line, metres, and its unit direction, that
+///                        of its segment; 0 where there is none.
+/// @param line_covariance Receives n x 36 numbers: of point and direction, row-major; may be NULL.
+/// @param extents         Receives n x 2 numbers: from where to where each line is seen: distances from its
+///                        point along its direction, metres; may be NULL.
+/// @param found           Receives n numbers: 1 for a line, 0 where depths are missing on either side or
+///                        contradict each other.
+/// @param error           Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for segments without length, a camera or noise
+///         that are none, and a map of another size; PTZCAL_STATUS_NOT_FINITE (index: the segment).
+///
+/// Threads: shared.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_lift_line_segments(
+    uv: *const f64,
+    uv_covariance: *const f64,
+    ends: *const f64,
+    n: usize,
+    camera: *const ptzcal_camera,
+    map: *const ptzcal_depth_map,
+    inverse_depth_sigma: f64,
+    depth_sigma: f64,
+    point_direction: *mut f64,
+    line_covariance: *mut f64,
+    extents: *mut f64,
+    found: *mut u8,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (uv, uv_covariance, ends, camera, map) = unsafe {
+            (
+                vectors::<4>(uv, n, "uv")?,
+                vectors_optional::<6>(uv_covariance, n, "uv_covariance")?,
+                vectors::<4>(ends, n, "ends")?,
+                camera_in(camera)?,
+                borrow(map)?,
+            )
+        };
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (point_direction, line_covariance, extents, found) = unsafe {
+            (
+                ArrayOut::vectors::<6>(point_direction, n, "point_direction")?,
+                ArrayOut::vectors_optional::<36>(line_covariance, n, "line_covariance")?,
+                ArrayOut::vectors_optional::<2>(extents, n, "extents")?,
+                ArrayOut::new(found, n, "found")?,
+            )
+        };
+        let noise = DepthNoise {
+            inverse_depth: number(inverse_depth_sigma, "inverse_depth_sigma")?,
+            depth: number(depth_sigma, "depth_sigma")?,
+        };
+        let segments = segments_in(uv, uv_covariance, ends)?;
+        let lines = lift_segments(&segments, &camera, &map.0, &noise)?;
+        let all = || lines.iter();
+        let numbers = |l: &MeasuredLine| {
+            let (p, d) = (l.point, l.direction);
+            [p.x, p.y, p.z, d.x, d.y, d.z]
+        };
+        point_direction.write(&all().map(|l| l.as_ref().map_or([0.0; 6], numbers)).collect::<Vec<_>>());
+        if let Some(out) = line_covariance {
+            out.write(&all().map(|l| l.as_ref().map_or([0.0; 36], covariance_out)).collect::<Vec<_>>());
+        }
+        if let Some(out) = extents {
+            out.write(&all().map(|l| l.as_ref().map_or([0.0; 2], |l| l.extent)).collect::<Vec<_>>());
+        }
+        found.write(&all().map(|l| u8::from(l.is_some())).collect::<Vec<_>>());
+        Ok(())
+    })
+}
+
+/// Symmetric: rows are columns.
+fn covariance_out(line: &MeasuredLine) -> [f64; 36] {
+    std::array::from_fn(|i| line.covariance.as_slice()[i])
 }
 
 /// Which line in space is which segment.
@@ -342,10 +437,7 @@ pub unsafe extern "C" fn ptzcal_match_lines(
         for (i, (numbers, extent)) in point_direction.iter().zip(extents).enumerate() {
             lines.push(line_in(numbers, line_covariance.map(|c| &c[i]), extent, i)?);
         }
-        let mut segments = Vec::with_capacity(n_segments);
-        for (i, (uv, ends)) in uv.iter().zip(ends).enumerate() {
-            segments.push(segment_in(uv, uv_covariance.map(|c| &c[i]), ends, i)?);
-        }
+        let segments = segments_in(uv, uv_covariance, ends)?;
         let found = match_lines(&lines, &camera, &segments, &options)?;
         count.write(found.len());
         if found.len() > capacity {
@@ -379,6 +471,10 @@ fn line_in(
     let mut extent = extent.map(|s| s * length);
     extent.sort_by(f64::total_cmp);
     Ok(MeasuredLine { point: Vector3::new(x, y, z), direction: direction * scale, covariance, extent })
+}
+
+fn segments_in(uv: &[[f64; 4]], covariance: Option<&[[f64; 6]]>, ends: &[[f64; 4]]) -> Result<Vec<LineSegment>> {
+    uv.iter().zip(ends).enumerate().map(|(i, (uv, ends))| segment_in(uv, covariance.map(|c| &c[i]), ends, i)).collect()
 }
 
 fn segment_in(uv: &[f64; 4], covariance: Option<&[f64; 6]>, ends: &[f64; 4], index: usize) -> Result<LineSegment> {

@@ -1842,7 +1842,8 @@ ptzcal_status ptzcal_detect_line_segments(const ptzcal_image *image,
 /* ================================================================================================
  * Lines in space
  *
- * Straight lines through points of a cloud, and which of them is which segment of a camera's image.
+ * Straight lines through points of a cloud, or where an image with depths shows line segments, and which
+ * of them is which segment of a camera's image.
  * Lines have the form that ptzcal_correspondences_add_directed_lines takes.
  * ============================================================================================= */
 
@@ -1941,6 +1942,48 @@ ptzcal_status ptzcal_fit_line_3d(const double *xyz,
                                  uint8_t *inliers,
                                  double *noise_factor,
                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds where line segments of an image with depths lie in space: where the surfaces beside them meet
+ * their viewing planes. Where the depth differs from side to side, the line is the edge of what is in
+ * front; it is taken to be an edge of the thing itself, not the outline of a round one.
+ *
+ * @param uv              n x 4 numbers: two points of each segment with independent errors, pixels, as
+ *                        ptzcal_detect_line_segments gives them.
+ * @param uv_covariance   n x 6 numbers: xx, xy, yy of each point, px^2; may be NULL: 1 px, uncorrelated.
+ * @param ends            n x 4 numbers: from where to where each segment is seen, pixels.
+ * @param n               Number of segments.
+ * @param camera          The camera of the image and of the depths. Its pose gives the frame of the lines.
+ * @param map             The depths, of the camera's image size.
+ * @param inverse_depth_sigma Standard deviation of the inverse depths, 1 / metre: 0.0014 for a Kinect.
+ * @param depth_sigma     Standard deviation of the depths besides, metres; not 0 with the other.
+ * @param point_direction Receives n x 6 numbers: a point of each line, metres, and its unit direction, that
+ *                        of its segment; 0 where there is none.
+ * @param line_covariance Receives n x 36 numbers: of point and direction, row-major; may be NULL.
+ * @param extents         Receives n x 2 numbers: from where to where each line is seen: distances from its
+ *                        point along its direction, metres; may be NULL.
+ * @param found           Receives n numbers: 1 for a line, 0 where depths are missing on either side or
+ *                        contradict each other.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for segments without length, a camera or noise
+ *         that are none, and a map of another size; PTZCAL_STATUS_NOT_FINITE (index: the segment).
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_lift_line_segments(const double *uv,
+                                        const double *uv_covariance,
+                                        const double *ends,
+                                        size_t n,
+                                        const ptzcal_camera *camera,
+                                        const ptzcal_depth_map *map,
+                                        double inverse_depth_sigma,
+                                        double depth_sigma,
+                                        double *point_direction,
+                                        double *line_covariance,
+                                        double *extents,
+                                        uint8_t *found,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
  * Sets up options with their defaults.

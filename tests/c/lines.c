@@ -194,6 +194,55 @@ static void fitted(void)
   CHECK_STATUS(PTZCAL_STATUS_DEGENERATE, FIT(NULL, POINTS));
 }
 
+/* The rectangle as a card 2 m away, before a wall at 3 m. */
+static void lifted(const ptzcal_image *image)
+{
+  static float depths[H][W];
+  double lines[MOST][6], covariances[MOST][36], extents[MOST][2];
+  uint8_t found[MOST];
+  ptzcal_depth_map *map, *small;
+  ptzcal_camera camera;
+  size_t count = 0, i;
+  int x, y;
+  for (y = 0; y < H; y++)
+    for (x = 0; x < W; x++) {
+      const double u = cos(TURN) * (x - CX) + sin(TURN) * (y - CY), v = cos(TURN) * (y - CY) - sin(TURN) * (x - CX);
+      depths[y][x] = fabs(u) < HALF_U && fabs(v) < HALF_V ? 2.0f : 3.0f;
+    }
+  CHECK_OK(ptzcal_depth_map_new_f32(depths[0], W, H, W, 1.0, &map, NULL));
+  CHECK_OK(ptzcal_depth_map_new_f32(depths[0], W - 1, H, W, 1.0, &small, NULL));
+  CHECK_OK(ptzcal_camera_init(&camera, sizeof camera));
+  camera.width = W;
+  camera.height = H;
+  camera.fx = camera.fy = 260.0;
+  camera.cx = 119.5;
+  camera.cy = 89.5;
+  CHECK_OK(ptzcal_detect_line_segments(image, NULL, uv[0], uv_covariance[0], ends[0], NULL, MOST, &count, NULL));
+#define LIFT(map, inverse_depth_sigma, depth_sigma) \
+  ptzcal_lift_line_segments(uv[0], uv_covariance[0], ends[0], count, &camera, map, inverse_depth_sigma, depth_sigma, lines[0], covariances[0], extents[0], found, NULL)
+  CHECK_OK(LIFT(map, 0.0014, 0.001));
+  for (i = 0; i < count; i++) {
+    const double *l = lines[i];
+    CHECK(found[i] == 1);
+    CHECK_NEAR(l[2], 2.0, 1e-3);
+    CHECK_NEAR(l[3] * l[3] + l[4] * l[4] + l[5] * l[5], 1.0, 1e-9);
+    /* In the segment's direction, as long as it is seen. */
+    CHECK(l[3] * (ends[i][2] - ends[i][0]) + l[4] * (ends[i][3] - ends[i][1]) > 0.0);
+    CHECK_NEAR((extents[i][1] - extents[i][0]) * 130.0, hypot(ends[i][2] - ends[i][0], ends[i][3] - ends[i][1]), 0.5);
+    CHECK(covariances[i][14] > 0.0 && covariances[i][14] < 1e-3);
+  }
+  CHECK_OK(ptzcal_lift_line_segments(uv[0], NULL, ends[0], count, &camera, map, 0.0014, 0.0, lines[0], NULL, NULL, found, NULL));
+  CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, LIFT(small, 0.0014, 0.001));
+  CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, LIFT(map, 0.0, 0.0));
+  CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, LIFT(map, -1.0, 0.001));
+  CHECK_STATUS(PTZCAL_STATUS_NOT_FINITE, LIFT(map, 0.0014, NAN));
+  ends[0][2] = ends[0][0];
+  ends[0][3] = ends[0][1];
+  CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, LIFT(map, 0.0014, 0.001));
+  ptzcal_depth_map_free(map);
+  ptzcal_depth_map_free(small);
+}
+
 #define LINES 40
 
 static ptzcal_camera truth;
@@ -332,6 +381,7 @@ int main(void)
   segments_refused(&image);
   canny(&image);
   fitted();
+  lifted(&image);
   matched_and_calibrated();
   return 0;
 }

@@ -43,6 +43,7 @@ from .lines import (
     detect_edges,
     detect_line_segments,
     fit_line_3d,
+    lift_line_segments,
     match_lines,
 )
 from .pictures import DepthMap, Picture, read_image
@@ -124,6 +125,7 @@ __all__ = [
     "division_eigenproblem",
     "estimate_pose_roof_edges",
     "fit_line_3d",
+    "lift_line_segments",
     "match_lines",
     "match_sift",
     "radial_alignment",

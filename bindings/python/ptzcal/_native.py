@@ -217,6 +217,10 @@ PROTOTYPES: Dict[str, tuple] = {
         _status, _array, _array, c_size_t, _line_fit_options, _array, _array, _array, _array, _double_out,
         _error_out,
     ),
+    "ptzcal_lift_line_segments": (
+        _status, _array, _array, _array, c_size_t, _camera, _handle, c_double, c_double, _array, _array,
+        _array, _array, _error_out,
+    ),
     "ptzcal_line_match_options_init": (_status, _line_match_options, c_size_t),
     "ptzcal_match_lines": (
         _status, _array, _array, _array, c_size_t, _camera, _array, _array, _array, c_size_t,

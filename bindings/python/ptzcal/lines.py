@@ -12,7 +12,6 @@ from . import _native, _structs
 from ._arrays import (
     address_of,
     address_of_optional,
-    numbers,
     pixel_covariances,
     point_covariances,
     rows,
@@ -22,6 +21,7 @@ from ._arrays import (
 from ._native import call, lib
 from .camera import Camera
 from .images import Image, PixelFormat, view
+from .pictures import DepthMap
 
 Format = Union[PixelFormat, str, int, None]
 
@@ -183,6 +183,51 @@ def fit_line_3d(
     return LineFit(line, of_line, extent, agree, factor.value)
 
 
+def _arrays_of(segments: LineSegments) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+    uv = shaped(segments.uv, None, (2, 2), "segments.uv")
+    ends = shaped(segments.ends, len(uv), (2, 2), "segments.ends")
+    covariance = shaped(segments.uv_covariance, len(uv), (2, 2, 2), "segments.uv_covariance")
+    packed = pixel_covariances(covariance.reshape(-1, 2, 2), 2 * len(uv), "segments.uv_covariance")
+    assert packed is not None
+    return uv, packed, ends
+
+
+def lift_line_segments(
+    segments: LineSegments,
+    camera: Camera,
+    depths: DepthMap,
+    *,
+    inverse_depth_sigma: float = 1.425e-3,
+    depth_sigma: float = 1e-3,
+) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Finds where line segments of an image with depths lie in space: lines (n, 2, 3), point and
+    direction, their covariances (n, 6, 6), extents (n, 2), and which were found (n,), bool.
+
+    Where the depth differs from side to side, the line is the edge of what is in front. The sigmas, of
+    inverse depths and of depths besides, are those of a Kinect.
+    """
+    uv, of_uv, ends = _arrays_of(segments)
+    n = len(uv)
+    lines, covariance = np.empty((n, 2, 3)), np.empty((n, 6, 6))
+    extents, found = np.empty((n, 2)), np.empty(n, np.uint8)
+    call(
+        lib.ptzcal_lift_line_segments,
+        address_of(uv),
+        address_of(of_uv),
+        address_of(ends),
+        n,
+        byref(camera._struct),
+        depths._pointer,
+        inverse_depth_sigma,
+        depth_sigma,
+        address_of(lines),
+        address_of(covariance),
+        address_of(extents),
+        address_of(found),
+    )
+    return lines, covariance, extents, found.astype(bool)
+
+
 @dataclass(frozen=True, eq=False)
 class LineMatches:
     """Lines in space and their segments, by ascending line."""
@@ -218,10 +263,7 @@ def match_lines(
     extents = shaped(extents, len(lines), (2,), "extents")
     if covariance is not None:
         covariance = shaped(covariance, len(lines), (6, 6), "covariance")
-    uv = shaped(segments.uv, None, (2, 2), "segments.uv")
-    ends = shaped(segments.ends, len(uv), (2, 2), "segments.ends")
-    of_uv = numbers(segments.uv_covariance, "segments.uv_covariance").reshape(-1, 2, 2)
-    of_uv = pixel_covariances(of_uv, 2 * len(uv), "segments.uv_covariance")
+    uv, of_uv, ends = _arrays_of(segments)
     options = _native.initial(_structs.ptzcal_line_match_options)
     options.same_polarity = bool(same_polarity)
     given = {
@@ -243,7 +285,7 @@ def match_lines(
         len(lines),
         byref(camera._struct),
         address_of(uv),
-        address_of_optional(of_uv),
+        address_of(of_uv),
         address_of(ends),
         len(uv),
         options,

@@ -113,6 +113,34 @@ class Lines(TestCase):
         either = ptzcal.match_lines(turned, extents, truth, segments, same_polarity=False)
         self.assertGreater(len(either), n / 2)
 
+    def test_segments_with_depths_are_lines_in_space(self):
+        # The rectangle is a card, 2 m away, before a wall at 3 m.
+        K = np.array([[260.0, 0, 119.5], [0, 260, 89.5], [0, 0, 1]])
+        eye = ptzcal.Camera.from_matrix(K, (240, 180), (), np.eye(3), (0, 0, 0))
+        x, y = np.meshgrid(np.arange(240.0), np.arange(180.0))
+        u, v = _place(np.stack([x, y], axis=-1))
+        depths = np.where((abs(u) < HALF[0]) & (abs(v) < HALF[1]), 2.0, 3.0)
+        depths += np.random.default_rng(5).normal(0, 0.004, depths.shape)
+        segments = ptzcal.detect_line_segments(rectangle())
+        lines, covariance, extents, found = ptzcal.lift_line_segments(
+            segments, eye, ptzcal.DepthMap(depths)
+        )
+        self.assertTrue(found.all())
+        self.assertLess(abs(lines[:, 0, 2] - 2).max(), 0.01)
+        ends = lines[:, None, 0] + extents[:, :, None] * lines[:, None, 1]
+        seen = eye.project(ends.reshape(-1, 3)).reshape(-1, 2, 2)
+        self.assertLess(abs(seen - segments.ends).max(), 0.05)
+        self.assertEqual(len(ptzcal.match_lines(lines, extents, eye, segments)), 4)
+        self.assertTrue((np.linalg.eigvalsh(covariance) > -1e-12).all())
+        # Nothing is known on the wall's side.
+        nothing = ptzcal.DepthMap(np.where(depths < 2.5, depths, 0.0))
+        self.assertFalse(ptzcal.lift_line_segments(segments, eye, nothing)[3].any())
+        for wrong in ({"depth_sigma": -1.0}, {"depth_sigma": 0.0, "inverse_depth_sigma": 0.0}):
+            with self.subTest(wrong), self.assertRaises(ptzcal.InvalidArgument):
+                ptzcal.lift_line_segments(segments, eye, ptzcal.DepthMap(depths), **wrong)
+        with self.assertRaises(ptzcal.InvalidArgument):
+            ptzcal.lift_line_segments(segments, eye, ptzcal.DepthMap(depths[:, 1:]))
+
     def test_what_is_refused(self):
         image = rectangle()
         for wrong in (

@@ -200,9 +200,11 @@ fn mark([above, here, below]: [&Row; 3], from: usize, least: i32, found: &mut [b
     let (left, middle, right) =
         (&here.square[from - 1..][..n], &here.square[from..][..n], &here.square[from + 1..][..n]);
     for i in 0..n {
-        let along_x = i32::from(gy[i]).abs() > i32::from(gx[i]).abs();
-        let before = if along_x { above[i] } else { left[i] };
-        let after = if along_x { below[i] } else { right[i] };
+        // All is read before the choice: what is chosen between must not be a branch.
+        let (a, b, l, r) = (above[i], below[i], left[i], right[i]);
+        let along_x = -i32::from(i32::from(gy[i]).abs() > i32::from(gx[i]).abs());
+        let before = (a & along_x) | (l & !along_x);
+        let after = (b & along_x) | (r & !along_x);
         // Of two equals the second: one of them, whichever.
         found[i] = (middle[i] >= least) & (middle[i] >= before) & (middle[i] > after);
     }

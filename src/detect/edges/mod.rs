@@ -93,11 +93,9 @@ pub fn detect_edges(image: &ImageView<'_>, options: &EdgeOptions) -> Result<Vec<
     // No maximum lies on the border, so that all neighbours exist.
     while let Some(index) = open.pop() {
         for row in [index - width, index, index + width] {
-            for neighbour in row - 1..=row + 1 {
-                if state[neighbour] == 1 {
-                    state[neighbour] = 2;
-                    open.push(neighbour);
-                }
+            for (i, cell) in state[row - 1..=row + 1].iter_mut().enumerate().filter(|(_, cell)| **cell == 1) {
+                *cell = 2;
+                open.push(row - 1 + i);
             }
         }
     }

@@ -6,11 +6,11 @@
 //! then has the covariance that their scatter says. For a step between unknown levels in a window of
 //! this size that is the maximum-likelihood estimate.
 
-use super::profile::{REACH, Template, Templates};
+use super::profile::{Pixels, REACH, Template, Templates, WIDTH, dot};
 use super::track::Track;
 use crate::image::pyramid::Grey;
 
-/// Columns whose mean profile tells window and blur.
+/// Columns that are enough for a window, a blur and a start.
 const SAMPLED: i32 = 48;
 const ITERATIONS: usize = 3;
 /// Columns that agree on the contrast, on each side.
@@ -99,9 +99,10 @@ impl<'a> Fitter<'a> {
             let (template, actual) = self.templates.get(blur, window.before, window.after)?;
             self.columns.clear();
             let line = |t| at + slope * (t - origin);
-            read(self.image, track, template, margin(track, slope, blur), line, &mut self.columns);
+            let step = if last { 1 } else { 1 + (track.last - track.first) as usize / SAMPLED as usize };
+            read(self.image, track, template, margin(track, slope, blur), step, line, &mut self.columns);
             let sums = smooth(&mut self.columns)?;
-            let line = self.regress(origin)?;
+            let line = self.regress(origin, if last { 3 } else { 1 })?;
             at += line.at - line.slope * (line.mean - origin);
             slope += line.slope;
             blur = actual * sums.clamp(-0.4, 0.4).exp();
@@ -159,9 +160,9 @@ impl<'a> Fitter<'a> {
     }
 
     /// Line through the columns that agree, relative to the present one, with outliers marked.
-    fn regress(&mut self, origin: f64) -> Option<Regression> {
+    fn regress(&mut self, origin: f64, rounds: usize) -> Option<Regression> {
         let mut line = Regression::of(&self.columns, origin)?;
-        for _ in 0..3 {
+        for _ in 0..rounds {
             self.sizes.clear();
             let residual = |c: &Column| (c.shift + c.smooth * line.value(c.t)) / c.shift_variance.sqrt();
             self.sizes.extend(self.columns.iter().filter(|c| c.used).map(|c| residual(c).abs()));
@@ -182,7 +183,7 @@ impl<'a> Fitter<'a> {
         Some(line)
     }
 
-    fn finish(&mut self, track: &Track, line: &Regression, at: f64, slope: f64, blur: f64) -> Option<LineFit> {
+    fn finish(&self, track: &Track, line: &Regression, at: f64, slope: f64, blur: f64) -> Option<LineFit> {
         let used = || self.columns.iter().filter(|c| c.used);
         let (first, last) = (used().next()?.t, used().next_back()?.t);
         let count = used().count();
@@ -190,17 +191,14 @@ impl<'a> Fitter<'a> {
             return None;
         }
         let residual = |c: &Column| (c.shift + c.smooth * line.value(c.t)) / c.shift_variance.sqrt();
-        let noise2 = used().map(|c| residual(c).powi(2)).sum::<f64>() / (count as f64 - 2.0);
+        let residuals: Vec<f64> = used().map(residual).collect();
+        let noise2 = (residuals.iter().map(|r| r * r).sum::<f64>() / (count as f64 - 2.0)).max(1e-6);
         // Neighbouring columns that err alike (a bent line, texture) say less than independent ones.
-        self.sizes.clear();
-        let residuals: Vec<f64> = self.columns.iter().filter(|c| c.used).map(residual).collect();
-        self.sizes.extend(residuals.chunks_exact(BLOCK).map(|b| b.iter().sum::<f64>().powi(2) / BLOCK as f64));
-        let blocks = self.sizes.len() as f64;
-        let alike = self.sizes.iter().sum::<f64>() / (blocks * noise2);
-        let beyond_chance = blocks > 3.0 && alike > 1.0 + 3.0 * (2.0 / blocks).sqrt();
-        let noise2 = noise2.max(1e-6);
+        let blocks = residuals.chunks_exact(BLOCK).map(|b| b.iter().sum::<f64>().powi(2) / BLOCK as f64);
+        let number = blocks.len() as f64;
+        let alike = blocks.sum::<f64>() / (number * noise2);
+        let beyond_chance = number > 3.0 && alike > 1.0 + 3.0 * (2.0 / number).sqrt();
         let inflation = if beyond_chance { alike } else { 1.0 };
-        let used = || self.columns.iter().filter(|c| c.used);
         let n = count as f64;
         Some(LineFit {
             along_x: track.along_x,
@@ -293,27 +291,27 @@ fn read(
     track: &Track,
     template: &Template,
     margin: i32,
+    step: usize,
     v: impl Fn(f64) -> f64,
     columns: &mut Vec<Column>,
 ) {
     let n = template.before + template.after + 1;
     let sign = if track.rising { 1.0 } else { -1.0 };
-    let mut pixels = [0f32; 2 * REACH + 1];
-    for t in track.first + margin..=track.last - margin {
+    let mut pixels: Pixels = [0.0; WIDTH];
+    for t in (track.first + margin..=track.last - margin).step_by(step) {
         let v = v(f64::from(t));
         let middle = v.round();
         if !span(image, track.along_x, t, middle as i64 - template.before as i64, &mut pixels[..n]) {
             continue;
         }
         let (w, offset) = template.at(v - middle);
-        let dot = |weights: &[f32]| sign * f64::from(pixels[..n].iter().zip(weights).map(|(p, w)| p * w).sum::<f32>());
-        let contrast = dot(&w.contrast);
+        let contrast = sign * dot(&pixels, &w.contrast);
         columns.push(Column {
             t: f64::from(t),
             contrast,
             // The weights measure from their own offset.
-            shift: dot(&w.shift) - contrast * (middle + offset - v),
-            blur: dot(&w.blur),
+            shift: sign * dot(&pixels, &w.shift) - contrast * (middle + offset - v),
+            blur: sign * dot(&pixels, &w.blur),
             contrast_variance: w.contrast_variance,
             shift_variance: w.shift_variance,
             smooth: 0.0,

@@ -6,6 +6,9 @@ use nalgebra::{Matrix4, Vector4};
 
 /// Greatest number of pixels on either side of the edge.
 pub const REACH: usize = 8;
+/// A column's pixels, with zeros after them: whole vectors of four.
+pub const WIDTH: usize = (2 * REACH + 1).next_multiple_of(4);
+pub type Pixels = [f32; WIDTH];
 /// Places of the edge between two pixels for which weights are kept; the rest of a pixel is linear.
 const PHASES: usize = 16;
 /// Blurs, pixels: each the `RATIO` of the one before.
@@ -20,12 +23,21 @@ const MIN_FOR_BLUR: usize = 7;
 pub struct Weights {
     /// The least squares answer is the sum of pixels times weights: contrast; minus contrast times
     /// the edge's position; contrast times the relative change of the blur.
-    pub contrast: [f32; 2 * REACH + 1],
-    pub shift: [f32; 2 * REACH + 1],
-    pub blur: [f32; 2 * REACH + 1],
+    pub contrast: Pixels,
+    pub shift: Pixels,
+    pub blur: Pixels,
     /// Variances of contrast and shift for pixels of variance 1.
     pub contrast_variance: f64,
     pub shift_variance: f64,
+}
+
+/// Sum of products, in four sums that make one vector.
+pub fn dot(pixels: &Pixels, weights: &Pixels) -> f64 {
+    let mut sums = [0f32; 4];
+    for (p, w) in pixels.chunks_exact(4).zip(weights.chunks_exact(4)) {
+        sums.iter_mut().zip(p.iter().zip(w)).for_each(|(s, (p, w))| *s += p * w);
+    }
+    f64::from((sums[0] + sums[2]) + (sums[1] + sums[3]))
 }
 
 /// Weights for pixels `-before..=after` about the one in which the edge lies.
@@ -67,9 +79,9 @@ fn weights(blur: f64, before: usize, after: usize, offset: f64) -> Option<Weight
     }
     let inverse = normal.cholesky()?.inverse();
     let mut w = Weights {
-        contrast: [0.0; 2 * REACH + 1],
-        shift: [0.0; 2 * REACH + 1],
-        blur: [0.0; 2 * REACH + 1],
+        contrast: [0.0; WIDTH],
+        shift: [0.0; WIDTH],
+        blur: [0.0; WIDTH],
         contrast_variance: inverse[(1, 1)],
         shift_variance: inverse[(2, 2)],
     };

@@ -293,11 +293,18 @@ fn tiny_flat_and_huge_images_have_no_lines() {
         image.data.fill(130);
         assert!(detect(&image, &LineOptions::default()).is_empty(), "{format:?}");
     }
-    // Rows that are all the same memory: 65536 x 65536 pixels of it.
+    // As wide as can be.
     let row = [9u8; 1 << 16];
     let data = row.repeat(2);
     let view = ImageView::new(PixelFormat::Gray8, 1 << 16, 2, &[(&data, 1 << 16)]).unwrap();
     assert!(detect_line_segments(&view, &LineOptions::default()).unwrap().is_empty());
+    // A hundred megapixels of hard checks: a byte a pixel besides them, and seconds.
+    let row: Vec<u8> = (0..12_000).map(|x| if x / 1_500 % 2 == 0 { 60 } else { 160 }).collect();
+    let data = row.repeat(8_400);
+    let view = ImageView::new(PixelFormat::Gray8, 12_000, 8_400, &[(&data, 12_000)]).unwrap();
+    let found = detect_line_segments(&view, &LineOptions::default()).unwrap();
+    assert_eq!(found.len(), 7);
+    assert!(found.iter().all(|s| s.length() > 8_390.0), "{found:?}");
 }
 
 #[test]
