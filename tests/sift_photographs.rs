@@ -71,7 +71,7 @@ fn redwood_frames() {
             if (a, b) == (0, 4) {
                 println!("0 -> 4: {pair:?}");
                 // OpenCV: 258 matches, 207 right.
-                assert!(pair.matches as f64 > 0.95 * 258.0 && pair.right as f64 > 0.95 * 207.0);
+                assert!(pair.matches > 258 && pair.right > 207);
             }
             all.matches += pair.matches;
             all.with_depth += pair.with_depth;
@@ -81,8 +81,8 @@ fn redwood_frames() {
     println!("all: {all:?}");
     // OpenCV: 6317 matches, 5666 with depth, of which 5150 (0.909) are right. Edges of depth are among
     // the rest: right matches of which the depth is the background's.
-    assert!(all.matches as f64 > 0.95 * 6317.0 && all.right as f64 > 0.95 * 5150.0);
-    assert!(all.right as f64 / all.with_depth as f64 > 0.89);
+    assert!(all.matches > 6317 && all.right > 5150);
+    assert!(all.right as f64 / all.with_depth as f64 > 0.90);
 }
 
 /// Three frames of a Kinect; the poses are a tracker's, off by several pixels.
@@ -97,12 +97,12 @@ fn nyu_frames() {
         Frame::load(&folder.join(format!("color{i}.png")), &folder.join(format!("depth{i}.pgm")), pose)
     };
     let frames = [frame(3), frame(4), frame(5)];
-    // OpenCV: matches, and right ones of those with depth.
-    for (pair, matches, right) in [(0, 121.0, 66.0), (1, 187.0, 125.0)] {
+    // OpenCV: matches, and right ones of the 77 and 128 with depth.
+    for (pair, matches, right) in [(0, 121, 66), (1, 187, 125)] {
         let found = count(&frames[pair], &frames[pair + 1], [518.0, 519.0, 325.5, 253.5], 15.0);
         println!("{} -> {}: {found:?}", pair + 3, pair + 4);
-        assert!(found.matches as f64 > 0.95 * matches && found.right as f64 > 0.95 * right);
-        assert!(found.right as f64 / found.with_depth as f64 > 0.78);
+        assert!(found.matches >= matches && found.right >= right);
+        assert!(found.right as f64 / found.with_depth as f64 > 0.84);
     }
 }
 

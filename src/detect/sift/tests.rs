@@ -112,7 +112,7 @@ fn a_blob_is_found_at_its_centre_and_scale() {
                 let sign = if step % 2 == 0 { 1.0 } else { -1.0 };
                 let image = render(160, 144, &[[x, y, t, 100.0 * sign]], 0.0, i as u64);
                 let found = detect(&image, &options);
-                let key = found.keypoints.first().unwrap();
+                let key = found.keypoints.first().unwrap_or_else(|| panic!("{t} at {x} {y}"));
                 // A hundredth of the scale is the refinement's own error.
                 let tolerance = 0.01 + 0.01 * t;
                 assert!((key.x - x).abs() < tolerance && (key.y - y).abs() < tolerance, "{t} {key:?} at {x} {y}");
@@ -134,8 +134,14 @@ fn a_quarter_turn_turns_the_features() {
     let turned = Image { format: PixelFormat::Gray8, width: n, height: n, data };
     let (a, b) = (everything(&image), everything(&turned));
     assert!(a.keypoints.len() > 150, "{}", a.keypoints.len());
-    let mut same = 0;
-    for (k, d) in a.keypoints.iter().zip(&a.descriptors) {
+    // Near the border the octaves end elsewhere.
+    let inside = |k: &SiftKeypoint| {
+        let (least, most) = (12.0 * k.scale, f64::from(n - 1) - 12.0 * k.scale);
+        k.x.min(k.y) > least && k.x.max(k.y) < most
+    };
+    let (mut same, mut all) = (0, 0);
+    for (k, d) in a.keypoints.iter().zip(&a.descriptors).filter(|(k, _)| inside(k)) {
+        all += 1;
         let (x, y) = (f64::from(n - 1) - k.y, k.x);
         let twin = b.keypoints.iter().zip(&b.descriptors).find(|(o, _)| {
             let angle = turn(o.angle - k.angle - std::f64::consts::FRAC_PI_2);
@@ -147,8 +153,7 @@ fn a_quarter_turn_turns_the_features() {
         // Rounding may differ by one.
         same += usize::from(twin.is_some_and(|(_, other)| d.iter().zip(other).all(|(a, b)| a.abs_diff(*b) <= 2)));
     }
-    // Near the border the octaves end elsewhere.
-    assert!(same as f64 > 0.9 * a.keypoints.len() as f64, "{same} of {}", a.keypoints.len());
+    assert!(all > 100 && same as f64 > 0.97 * f64::from(all), "{same} of {all}");
 }
 
 /// What is found of one scene in two views, under noise of 2 grey levels in each.
@@ -203,10 +208,10 @@ fn features_survive_rotation_scale_and_noise() {
             degrees += 2;
         }
     }
-    // The stated deviation is a measured one of photographs: here it is right to a factor of two.
+    // The stated deviation was measured on photographs; blobs are better places.
     let ratio = (chi2 / f64::from(degrees)).sqrt();
     println!("deviation over the stated one: {ratio:.2}");
-    assert!(ratio > 0.5 && ratio < 2.0);
+    assert!(ratio > 0.4 && ratio < 1.2);
 }
 
 #[test]
