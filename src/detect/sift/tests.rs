@@ -113,8 +113,8 @@ fn a_blob_is_found_at_its_centre_and_scale() {
                 let image = render(160, 144, &[[x, y, t, 100.0 * sign]], 0.0, i as u64);
                 let found = detect(&image, &options);
                 let key = found.keypoints.first().unwrap_or_else(|| panic!("{t} at {x} {y}"));
-                // A hundredth of the scale is the refinement's own error.
-                let tolerance = 0.01 + 0.01 * t;
+                // Halfway between two samples the quadratic is off by 2 % of the scale.
+                let tolerance = 0.01 + 0.02 * t;
                 assert!((key.x - x).abs() < tolerance && (key.y - y).abs() < tolerance, "{t} {key:?} at {x} {y}");
                 assert!((key.scale / scale).ln().abs() < 0.04, "{t}: {} for {scale}", key.scale);
             }
