@@ -14,14 +14,16 @@ use super::status::ptzcal_status;
 use crate::detect::sift::{Descriptor, SiftFeatures, SiftKeypoint, SiftOptions, detect_sift};
 use crate::error::{Error, Result};
 
-/// Numbers of a keypoint: x, y, scale, angle, response, octave, sigma.
+/// Numbers of a keypoint: x, y, scale, angle, response, octave, sigma, elongation, direction.
 ///
 /// x and y: pixels; (0, 0) is the centre of the top-left pixel. scale: standard deviation of the
 /// Gaussian at which it was found, pixels (half of OpenCV's size). angle: radians from x towards y.
 /// response: |difference of Gaussians| of an image from 0 to 1. octave: -1 for the doubled image, 0 for
 /// the image, 1 for half of it, and so on. sigma: standard deviation of x and of y, pixels, that is
-/// typical of the scale (measured, not estimated for this keypoint).
-pub const PTZCAL_SIFT_KEYPOINT_SIZE: usize = 7;
+/// typical of the scale (measured, not estimated for this keypoint). elongation: how much less sure the
+/// place is along `direction` than across it, ratio of the standard deviations, 1 or more. direction:
+/// radians from x towards y, -pi/2 to pi/2.
+pub const PTZCAL_SIFT_KEYPOINT_SIZE: usize = 9;
 
 /// Bytes of a descriptor: 4 x 4 cells of 8 orientations, in OpenCV's order, of length 512.
 pub const PTZCAL_SIFT_DESCRIPTOR_SIZE: usize = 128;
@@ -99,12 +101,12 @@ impl Handle for ptzcal_sift_features {
 }
 
 fn numbers(k: &SiftKeypoint) -> [f64; PTZCAL_SIFT_KEYPOINT_SIZE] {
-    [k.x, k.y, k.scale, k.angle, k.response, k.octave.into(), k.position_sigma()]
+    [k.x, k.y, k.scale, k.angle, k.response, k.octave.into(), k.position_sigma(), k.elongation, k.direction]
 }
 
 fn keypoint(numbers: &[f64; PTZCAL_SIFT_KEYPOINT_SIZE]) -> SiftKeypoint {
-    let [x, y, scale, angle, response, octave, _] = *numbers;
-    SiftKeypoint { x, y, scale, angle, response, octave: octave as i32 }
+    let [x, y, scale, angle, response, octave, _, elongation, direction] = *numbers;
+    SiftKeypoint { x, y, scale, angle, response, octave: octave as i32, elongation, direction }
 }
 
 /// Sets up options with their defaults: all features, doubled image, contrast 0.04, edge ratio 10.
@@ -157,14 +159,14 @@ pub unsafe extern "C" fn ptzcal_detect_sift(
 
 /// Makes features of keypoints and descriptors that were kept elsewhere, or come from elsewhere.
 ///
-/// @param keypoints   n x 7 numbers, as ptzcal_sift_features_copy_keypoints writes them; the last one of
-///                    each is ignored.
+/// @param keypoints   n x 9 numbers, as ptzcal_sift_features_copy_keypoints writes them; sigma is ignored.
+///                    Of keypoints whose elongation is not known: 1.
 /// @param descriptors n x 128 bytes.
 /// @param n           Number of features, at most 1048576.
 /// @param features    Receives the features; free them with ptzcal_sift_features_free.
 /// @param error       Receives the error; may be NULL.
-/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT for too many and
-///         for a scale that is not positive.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT for too many, for
+///         a scale that is not positive and for an elongation below 1 or above 1000.
 ///
 /// Threads: free.
 /// Since 0.1.0.

@@ -1,18 +1,42 @@
 //! From a pixel and its depth to a point in the world.
 
-use nalgebra::{Matrix3, Vector2, Vector3};
+use std::f64::consts::SQRT_2;
+
+use nalgebra::{Matrix2, Matrix3, Matrix3x2, Vector2, Vector3};
 
 use crate::geometry::Camera;
 use crate::image::InverseDepth;
 
-/// The point that `camera` sees at `pixel`, at an inverse depth along its axis; with the covariance
-/// (m^2, world axes) that the pixel's noise of `pixel_sigma` and the depth's leave it.
+/// A pixel with depth as a point in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lifted {
+    /// Of the auxiliary image.
+    pub pixel: Vector2<f64>,
+    /// Metres.
+    pub world: Vector3<f64>,
+    /// What the depth's noise does to `world`, m^2.
+    by_depth: Matrix3<f64>,
+    /// What a pixel noise of `shape` does to it, m^2.
+    by_pixel: Matrix3<f64>,
+    /// Size of a pixel at the point, metres.
+    pub metres_per_pixel: f64,
+}
+
+impl Lifted {
+    /// Covariance (m^2) of the point where the pixel's is sigma^2 times its shape.
+    pub fn covariance(&self, sigma: f64) -> Matrix3<f64> {
+        self.by_depth + self.by_pixel * sigma.powi(2)
+    }
+}
+
+/// The point that `camera` sees at `pixel`, at an inverse depth along its axis; `shape`: covariance of
+/// the pixel up to a factor.
 pub(super) fn lift(
     camera: &Camera,
     pixel: &Vector2<f64>,
+    shape: &Matrix2<f64>,
     depth: &InverseDepth,
-    pixel_sigma: f64,
-) -> Option<(Vector3<f64>, Matrix3<f64>)> {
+) -> Option<Lifted> {
     // Scaled to advance by 1 along the optical axis.
     let direction = |pixel: Vector2<f64>| {
         let direction = camera.back_project(&pixel)?.direction;
@@ -21,12 +45,19 @@ pub(super) fn lift(
     };
     let ray = direction(*pixel)?;
     let half = 0.5;
-    let mut covariance = ray * ray.transpose() * (depth.variance / depth.rho.powi(4));
-    for step in [Vector2::new(half, 0.0), Vector2::new(0.0, half)] {
-        let slope = (direction(pixel + step)? - direction(pixel - step)?) / (2.0 * half * depth.rho);
-        covariance += slope * slope.transpose() * pixel_sigma.powi(2);
-    }
-    Some((camera.pose.centre() + ray / depth.rho, covariance))
+    let slope = |step: Vector2<f64>| {
+        let difference = direction(pixel + step)? - direction(pixel - step)?;
+        Some(difference / (2.0 * half * depth.rho))
+    };
+    let slopes = Matrix3x2::from_columns(&[slope(Vector2::new(half, 0.0))?, slope(Vector2::new(0.0, half))?]);
+    let by_pixel = slopes * shape * slopes.transpose();
+    Some(Lifted {
+        pixel: *pixel,
+        world: camera.pose.centre() + ray / depth.rho,
+        by_depth: ray * ray.transpose() * (depth.variance / depth.rho.powi(4)),
+        by_pixel,
+        metres_per_pixel: slopes.norm() / SQRT_2,
+    })
 }
 
 #[cfg(test)]
@@ -46,7 +77,8 @@ mod tests {
         };
         let (pixel, sigma) = (Vector2::new(400.0, 100.0), 0.5);
         let depth = InverseDepth { rho: 0.4, variance: 1e-4 };
-        let (point, covariance) = lift(&camera, &pixel, &depth, sigma).unwrap();
+        let lifted = lift(&camera, &pixel, &Matrix2::identity(), &depth).unwrap();
+        let (point, covariance) = (lifted.world, lifted.covariance(sigma));
         assert!((camera.project(&point).unwrap() - pixel).norm() < 1e-9);
         let at = camera.pose.apply(&point);
         assert!((at.z - 2.5).abs() < 1e-12);

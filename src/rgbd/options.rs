@@ -10,9 +10,11 @@ pub struct RgbdOptions {
     pub sift: SiftOptions,
     pub matching: SiftMatchOptions,
     pub depth_noise: DepthNoise,
-    /// Standard deviation of a keypoint's place along x and along y, pixels of either image.
-    pub keypoint_sigma: f64,
-    /// Look for more pairs of points where a first camera expects them.
+    /// Standard deviation of a keypoint's place across its elongation, pixels of either image; `None`:
+    /// estimated from the residuals.
+    pub keypoint_sigma: Option<f64>,
+    /// Once more with those pairs of features that look less distinct but lie where a first camera
+    /// expects them.
     pub guided: bool,
     /// Add lines that a first camera lets match.
     pub lines: bool,
@@ -24,10 +26,11 @@ pub struct RgbdOptions {
 impl Default for RgbdOptions {
     fn default() -> Self {
         Self {
-            sift: SiftOptions::default(),
+            // More and weaker features than for matching alone: geometry tells the wrong ones.
+            sift: SiftOptions { contrast_threshold: 0.02, ..SiftOptions::default() },
             matching: SiftMatchOptions::default(),
             depth_noise: DepthNoise::default(),
-            keypoint_sigma: 0.5,
+            keypoint_sigma: None,
             guided: true,
             lines: true,
             min_pairs: 20,
@@ -39,8 +42,10 @@ impl Default for RgbdOptions {
 impl RgbdOptions {
     pub(super) fn check(&self) -> Result<()> {
         self.depth_noise.check()?;
-        if !(self.keypoint_sigma.is_finite() && self.keypoint_sigma > 0.0) {
-            return Err(Error::invalid("keypoint_sigma", format!("{} is not positive", self.keypoint_sigma)));
+        if let Some(sigma) = self.keypoint_sigma
+            && !(sigma.is_finite() && sigma > 0.0)
+        {
+            return Err(Error::invalid("keypoint_sigma", format!("{sigma} is not positive")));
         }
         Ok(())
     }

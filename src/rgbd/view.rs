@@ -1,10 +1,10 @@
-//! One view of the auxiliary camera: its features with depth, and those of them that match.
+//! One view of the auxiliary camera: its features, and the points that they are where it has depth.
 
 use nalgebra::Vector2;
 
-use super::lift::lift;
-use super::{PointPair, RgbdOptions};
-use crate::detect::sift::{SiftFeatures, detect_sift, match_sift};
+use super::RgbdOptions;
+use super::lift::{Lifted, lift};
+use crate::detect::sift::{SiftFeatures, SiftMatch, SiftMatchOptions, detect_sift, match_sift};
 use crate::error::{Error, Result};
 use crate::geometry::Camera;
 use crate::image::{DepthMap, ImageView};
@@ -14,7 +14,9 @@ use crate::image::{DepthMap, ImageView};
 pub struct ViewCounts {
     /// Features of its image.
     pub features: usize,
-    /// Of them, those that look like one of the fixed camera's image.
+    /// Of them, those that have a depth.
+    pub with_depth: usize,
+    /// Features that look like one of the fixed camera's image.
     pub matches: usize,
     /// Of these, those that have a depth.
     pub pairs: usize,
@@ -23,12 +25,17 @@ pub struct ViewCounts {
 #[derive(Debug, Clone)]
 pub(super) struct View {
     pub counts: ViewCounts,
-    pub points: Vec<PointPair>,
+    pub features: SiftFeatures,
+    /// One for each feature.
+    pub lifted: Vec<Option<Lifted>>,
+    /// Pairs of its features and the fixed camera's that look alike, where there is depth.
+    pub pairs: Vec<(usize, usize)>,
+    /// Pairs with depth that are each other's nearest, distinct from the next or not.
+    pub candidates: Vec<(usize, usize)>,
 }
 
 impl View {
     pub fn new(
-        number: usize,
         colour: &ImageView<'_>,
         depth: &DepthMap,
         camera: &Camera,
@@ -45,16 +52,24 @@ impl View {
             }
         }
         let features = detect_sift(colour, &options.sift)?;
+        let lifted = features.keypoints.iter().map(|k| {
+            let pixel = Vector2::new(k.x, k.y);
+            lift(camera, &pixel, &k.shape(), &depth.inverse_depth(&pixel, &options.depth_noise)?)
+        });
+        let lifted: Vec<Option<Lifted>> = lifted.collect();
         let matches = match_sift(&features, fixed, &options.matching)?;
-        let place = |f: &SiftFeatures, i: usize| Vector2::new(f.keypoints[i].x, f.keypoints[i].y);
-        let pair = |auxiliary: Vector2<f64>, fixed: Vector2<f64>| {
-            let depth = depth.inverse_depth(&auxiliary, &options.depth_noise)?;
-            let (world, covariance) = lift(camera, &auxiliary, &depth, options.keypoint_sigma)?;
-            Some(PointPair { view: number, auxiliary, fixed, world, covariance })
+        let with_depth = |matches: &[SiftMatch]| -> Vec<(usize, usize)> {
+            matches.iter().filter(|m| lifted[m.a].is_some()).map(|m| (m.a, m.b)).collect()
         };
-        let points: Vec<PointPair> =
-            matches.iter().filter_map(|m| pair(place(&features, m.a), place(fixed, m.b))).collect();
-        let counts = ViewCounts { features: features.keypoints.len(), matches: matches.len(), pairs: points.len() };
-        Ok(Self { counts, points })
+        let pairs = with_depth(&matches);
+        let every = SiftMatchOptions { max_ratio: 1.0, mutual: true };
+        let candidates = if options.guided { with_depth(&match_sift(&features, fixed, &every)?) } else { Vec::new() };
+        let counts = ViewCounts {
+            features: features.keypoints.len(),
+            with_depth: lifted.iter().flatten().count(),
+            matches: matches.len(),
+            pairs: pairs.len(),
+        };
+        Ok(Self { counts, features, lifted, pairs, candidates })
     }
 }

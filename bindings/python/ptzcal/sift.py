@@ -13,7 +13,7 @@ from ._arrays import address_of, rows, unsigned
 from ._native import Handle, call, lib
 from .images import Image, PixelFormat, view
 
-_NUMBERS, _BYTES = 7, 128
+_NUMBERS, _BYTES = 9, 128
 
 
 class _Features(Handle):
@@ -29,7 +29,7 @@ class SiftFeatures:
     They can be made again from `keypoints` and `descriptors` that were kept.
     """
 
-    keypoints: np.ndarray  #: (n, 7): xy, scale, angle, response, octave, sigma as below
+    keypoints: np.ndarray  #: (n, 9): xy, scale, angle, response, octave, sigma, elongation, direction
     descriptors: np.ndarray  #: (n, 128), uint8, of length 512
 
     def __init__(self, keypoints: Any, descriptors: Any) -> None:
@@ -92,6 +92,16 @@ class SiftFeatures:
     def sigma(self) -> np.ndarray:
         """(n,), standard deviation of x and of y that is typical of the scale, pixels."""
         return self.keypoints[:, 6]
+
+    @property
+    def elongation(self) -> np.ndarray:
+        """(n,), 1 or more: standard deviation of the place along `direction` over that across it."""
+        return self.keypoints[:, 7]
+
+    @property
+    def direction(self) -> np.ndarray:
+        """(n,), radians from x towards y: where the place is least sure."""
+        return self.keypoints[:, 8]
 
     def __repr__(self) -> str:
         return f"<ptzcal.SiftFeatures: {len(self)}>"

@@ -37,6 +37,8 @@ pub struct Extremum {
     pub value: f64,
     /// The level that it is nearest to.
     pub layer: usize,
+    /// Second derivatives xx, xy, yy of the difference.
+    pub curvature: [f64; 3],
 }
 
 /// The differences of three rows, and what is needed to search the middle one.
@@ -139,6 +141,7 @@ fn refine(octave: &Octave, layer: usize, column: usize, row: usize, limits: &Lim
                 level: layer as f64 + offset.z,
                 value,
                 layer,
+                curvature: [xx, xy, yy],
             });
         }
         // At most to the next sample along each axis.

@@ -22,6 +22,9 @@ mod scale_space;
 mod tests;
 
 use std::cmp::Ordering;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use nalgebra::{Matrix2, Vector2};
 
 use crate::error::{Error, Result};
 use crate::image::ImageView;
@@ -93,9 +96,25 @@ pub struct SiftKeypoint {
     pub response: f64,
     /// -1: the doubled image, 0: the image, 1: half of it, and so on.
     pub octave: i32,
+    /// How much less sure its place is along `direction` than across it: ratio of the standard
+    /// deviations, at least 1.
+    pub elongation: f64,
+    /// Radians from x towards y, -pi/2 to pi/2.
+    pub direction: f64,
 }
 
 impl SiftKeypoint {
+    /// Covariance of the place in units of its variance across `direction`: 1 across, elongation^2 along.
+    ///
+    /// It is the inverse of the curvature's matrix (B. Zeisl et al., Estimation of location uncertainty
+    /// for scale invariant feature points, BMVC 2009). Measured on rendered rooms: errors across are alike
+    /// for all keypoints, and those along grow with the root of the curvatures' ratio.
+    pub fn shape(&self) -> Matrix2<f64> {
+        let (s, c) = self.direction.sin_cos();
+        let along = Vector2::new(c, s);
+        Matrix2::identity() + along * along.transpose() * (self.elongation.powi(2) - 1.0)
+    }
+
     /// Standard deviation of `x` and of `y`, pixels, from the scale alone: sqrt(0.08^2 + (0.02 scale)^2).
     ///
     /// Measured: 1.48 times the median deviation of right matches of warped photographs, noise of 2 grey
@@ -119,7 +138,7 @@ impl SiftFeatures {
     ///
     /// # Errors
     /// `NotFinite`; `InvalidArgument` where keypoints and descriptors differ in number, for more than
-    /// [`MAX_FEATURES`] and for a scale that is not positive.
+    /// [`MAX_FEATURES`], for a scale that is not positive and an elongation below 1 or above 1000.
     pub fn new(keypoints: Vec<SiftKeypoint>, descriptors: Vec<Descriptor>) -> Result<Self> {
         let n = keypoints.len();
         if n != descriptors.len() {
@@ -129,11 +148,14 @@ impl SiftFeatures {
             return Err(Error::invalid("keypoints", format!("{n}; at most {MAX_FEATURES} are possible")));
         }
         for (index, k) in keypoints.iter().enumerate() {
-            if [k.x, k.y, k.scale, k.angle, k.response].iter().any(|v| !v.is_finite()) {
+            if [k.x, k.y, k.scale, k.angle, k.response, k.elongation, k.direction].iter().any(|v| !v.is_finite()) {
                 return Err(Error::NotFinite { name: "keypoints", index });
             }
             if k.scale <= 0.0 {
                 return Err(Error::invalid("keypoints", format!("keypoint {index} has scale {}", k.scale)));
+            }
+            if !(1.0..=1e3).contains(&k.elongation) {
+                return Err(Error::invalid("keypoints", format!("keypoint {index} has elongation {}", k.elongation)));
             }
         }
         Ok(Self { keypoints, descriptors })
@@ -296,6 +318,7 @@ impl Found {
         let place = Place { level: extremum.layer, x: extremum.x as f32, y: extremum.y as f32, sigma: sigma as f32 };
         descriptor::orientations(octave, &place, &mut self.orientations);
         let pixel = f64::from(number).exp2();
+        let (elongation, direction) = elongation(extremum.curvature);
         for &angle in &self.orientations {
             let keypoint = SiftKeypoint {
                 x: pixel * extremum.x,
@@ -304,6 +327,8 @@ impl Found {
                 angle: f64::from(angle),
                 response: extremum.value.abs() / 255.0,
                 octave: number,
+                elongation,
+                direction,
             };
             self.features.push((keypoint, descriptor::describe(octave, &place, angle)));
         }
@@ -324,6 +349,19 @@ impl Found {
         let (keypoints, descriptors) = self.features.into_iter().unzip();
         SiftFeatures { keypoints, descriptors }
     }
+}
+
+/// Root of the ratio of the principal curvatures, and the direction of the lesser one.
+fn elongation([xx, xy, yy]: [f64; 3]) -> (f64, f64) {
+    // At an extremum both curvatures have one sign; the lesser one is nearer to 0.
+    let (middle, half) = (0.5 * (xx + yy).abs(), (0.5 * (xx - yy)).hypot(xy));
+    // Of the greater one.
+    let steep = 0.5 * (2.0 * xy).atan2(xx - yy) + if xx + yy < 0.0 { FRAC_PI_2 } else { 0.0 };
+    let direction = (steep + FRAC_PI_2).sin().atan2((steep + FRAC_PI_2).cos());
+    let ratio = (middle + half) / (middle - half);
+    // A direction and its opposite are one.
+    let direction = if direction.abs() > FRAC_PI_2 { direction - PI.copysign(direction) } else { direction };
+    (ratio.max(1.0).sqrt(), direction)
 }
 
 /// The strongest first; of equals, by place.

@@ -4,6 +4,7 @@
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
+#[cfg(target_arch = "x86_64")]
 use super::kernels::tests::LIMIT;
 use super::*;
 use crate::error::Status;
@@ -301,13 +302,21 @@ fn what_cannot_be_is_refused() {
     for edge_ratio in [1.0, 0.0, -5.0, 1e7, f64::NAN, f64::INFINITY] {
         refused(64, 64, SiftOptions { edge_ratio, ..usual });
     }
-    let key = SiftKeypoint { x: 1.0, y: 1.0, scale: 2.0, angle: 0.0, response: 0.1, octave: 0 };
+    let key = keypoint(2.0);
     let made = |k: SiftKeypoint| SiftFeatures::new(vec![key, k], vec![[0; DESCRIPTOR_SIZE]; 2]);
     assert_eq!(made(key).unwrap().keypoints.len(), 2);
     assert_eq!(made(SiftKeypoint { scale: 0.0, ..key }).unwrap_err().status(), Status::InvalidArgument);
+    for elongation in [0.9, 1001.0] {
+        let answer = made(SiftKeypoint { elongation, ..key });
+        assert_eq!(answer.unwrap_err().status(), Status::InvalidArgument);
+    }
     let nan = SiftKeypoint { angle: f64::NAN, ..key };
     assert_eq!(made(nan).unwrap_err(), Error::NotFinite { name: "keypoints", index: 1 });
     assert_eq!(SiftFeatures::new(vec![key], vec![]).unwrap_err().status(), Status::InvalidArgument);
+}
+
+fn keypoint(scale: f64) -> SiftKeypoint {
+    SiftKeypoint { x: 1.0, y: 1.0, scale, angle: 0.0, response: 0.1, octave: 0, elongation: 1.0, direction: 0.0 }
 }
 
 /// Features with these descriptors' first numbers.
@@ -317,7 +326,7 @@ fn labelled(first: &[u8]) -> SiftFeatures {
         d[0] = *v;
         d
     };
-    let key = SiftKeypoint { x: 0.0, y: 0.0, scale: 1.0, angle: 0.0, response: 0.1, octave: 0 };
+    let key = keypoint(1.0);
     SiftFeatures::new(vec![key; first.len()], first.iter().map(descriptor).collect()).unwrap()
 }
 
@@ -348,4 +357,22 @@ fn the_ratio_test_and_the_mutual_check() {
         let answer = match_sift(&labelled(&[1]), &labelled(&[2]), &options);
         assert_eq!(answer.unwrap_err().status(), Status::InvalidArgument);
     }
+}
+
+/// Against the eigenvectors of the curvature's matrix.
+#[test]
+fn a_keypoint_is_elongated_along_its_lesser_curvature() {
+    for (i, sign) in [(0, 1.0), (1, 1.0), (2, -1.0), (3, -1.0), (4, 1.0), (5, -1.0)] {
+        let angle = -1.4 + 0.55 * f64::from(i);
+        let along = Vector2::new(angle.cos(), angle.sin());
+        let across = Vector2::new(-along.y, along.x);
+        let h = (along * along.transpose() * 0.5 + across * across.transpose() * 4.5) * sign;
+        let (elongation, direction) = elongation([h.m11, h.m12, h.m22]);
+        assert!((elongation - 3.0).abs() < 1e-12);
+        assert!((direction - angle).sin().abs() < 1e-12 && direction.abs() <= FRAC_PI_2, "{direction} {angle}");
+        let k = SiftKeypoint { elongation, direction, ..keypoint(1.0) };
+        // The inverse curvature, in units of the greater one's.
+        assert!((k.shape() - h.try_inverse().unwrap() * (4.5 * sign)).amax() < 1e-9);
+    }
+    assert_eq!(super::elongation([2.0, 0.0, 2.0]).0, 1.0);
 }
