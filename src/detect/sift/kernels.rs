@@ -157,7 +157,8 @@ for_each_processor! {
         for i in 0..n {
             let column = less(greater(cell[0][0] + i as f32 * cell[1][0], 0.0), limit);
             let row = less(greater(cell[0][1] + i as f32 * cell[1][1], 0.0), limit);
-            let (c, r) = (column as i32, row as i32);
+            // SAFETY: both are within 0 to SIDE - 1, also where the input was NaN.
+            let (c, r): (i32, i32) = unsafe { (column.to_int_unchecked(), row.to_int_unchecked()) };
             index[i] = (SIDE as i32 * r + c) as u32;
             right[i] = column - c as f32;
             below[i] = row - r as f32;
