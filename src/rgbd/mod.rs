@@ -13,7 +13,7 @@ mod view;
 
 use nalgebra::{Matrix2, Vector2};
 
-use crate::calibrate::Calibration;
+use crate::calibrate::{Calibration, CalibrationOptions};
 use crate::detect::sift::{SiftFeatures, detect_sift};
 use crate::error::{Error, Result};
 use crate::geometry::Camera;
@@ -80,7 +80,7 @@ impl RgbdCalibrator {
     /// camera with its pose, which says what the world is.
     ///
     /// # Errors
-    /// `InvalidArgument` for a depth map or camera of another size than the image, `TooManyViews`.
+    /// `InvalidArgument` for a depth map or camera of another size than the image, and for too many views.
     /// A view without texture or depth is none: its counts say so.
     pub fn add_view(&mut self, colour: &ImageView<'_>, depth: &DepthMap, camera: &Camera) -> Result<ViewCounts> {
         if self.views.len() >= MAX_VIEWS {
@@ -97,13 +97,13 @@ impl RgbdCalibrator {
     /// # Errors
     /// `TooFewMatches` where the images have too little in common, and the errors of
     /// [`calibrate_camera`].
-    pub fn calibrate(&self) -> Result<RgbdCalibration> {
+    pub fn calibrate(&self, options: &CalibrationOptions) -> Result<RgbdCalibration> {
         let given = self.options.keypoint_sigma;
         let mut sigma = given.unwrap_or(FIRST_SIGMA);
         let mut points = self.points(|view| view.pairs.clone());
         self.enough(points.len(), None)?;
         let robust = |points: &[PointPair], sigma| {
-            let fit = RobustFit { size: [self.width, self.height], options: &self.options.calibration };
+            let fit = RobustFit { size: [self.width, self.height], options };
             fit.run(points, sigma, given.is_none())
         };
         let agreeing = |e| match e {
