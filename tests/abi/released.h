@@ -565,6 +565,343 @@ typedef struct ptzcal_image {
 ptzcal_status ptzcal_image_init(ptzcal_image *image, size_t size) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+ * Pictures
+ *
+ * Photographs from files, and pictures of what was found: an image with marks on it, written as PNG.
+ * Colours are 0xRRGGBB. Marks outside the picture, or at places that are not finite, are left out.
+ * ============================================================================================= */
+
+/** A picture in the library's memory. */
+typedef struct ptzcal_picture ptzcal_picture;
+
+/**
+ * Reads a photograph: PNG, JPEG or PNM, told by what it holds; 16 bits per sample are cut to 8.
+ *
+ * @param path    The file.
+ * @param picture Receives the picture; free it with ptzcal_picture_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_FILE_FORMAT.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_picture_read(const char *path,
+                                  ptzcal_picture **picture,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies an image, to draw on it.
+ *
+ * @param image   The image.
+ * @param picture Receives the picture; free it with ptzcal_picture_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a malformed image;
+ *         PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_picture_new(const ptzcal_image *image,
+                                 ptzcal_picture **picture,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies two images side by side, to draw what matches in them.
+ *
+ * @param left    The left one.
+ * @param right   The right one; it begins at x = the left one's width.
+ * @param picture Receives the picture; free it with ptzcal_picture_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a malformed image, and for two that are
+ *         together wider than 65536 pixels; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_picture_beside(const ptzcal_image *left,
+                                    const ptzcal_image *right,
+                                    ptzcal_picture **picture,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a picture.
+ *
+ * @param picture The picture; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_picture_free(ptzcal_picture *picture) PTZCAL_NOEXCEPT;
+
+/**
+ * The picture's pixels, for every function that takes an image. They stay where they are until the
+ * picture is freed; drawing changes them.
+ *
+ * @param picture The picture.
+ * @param image   Receives the view; set up by ptzcal_image_init.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY while another thread draws.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_picture_image(const ptzcal_picture *picture,
+                                   ptzcal_image *image,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes a picture as PNG, at once or not at all.
+ *
+ * @param picture The picture.
+ * @param path    The file.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_picture_save(const ptzcal_picture *picture,
+                                  const char *path,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Darkens a picture, so that marks stand out.
+ *
+ * @param picture The picture.
+ * @param light   What is left of its light, 0 to 1.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_picture_dim(ptzcal_picture *picture,
+                                 double light,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Draws lines.
+ *
+ * @param picture The picture.
+ * @param ends    n x 4 numbers: x, y of the one end and of the other, pixels.
+ * @param n       Number of lines.
+ * @param width   Width of the lines, pixels.
+ * @param colour  0xRRGGBB.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_picture_draw_lines(ptzcal_picture *picture,
+                                        const double *ends,
+                                        size_t n,
+                                        double width,
+                                        uint32_t colour,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Draws circles.
+ *
+ * @param picture The picture.
+ * @param centres n x 2 numbers, pixels.
+ * @param n       Number of circles.
+ * @param radius  Radius, pixels.
+ * @param width   Width of the line, pixels.
+ * @param colour  0xRRGGBB.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_picture_draw_circles(ptzcal_picture *picture,
+                                          const double *centres,
+                                          size_t n,
+                                          double radius,
+                                          double width,
+                                          uint32_t colour,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Draws a chessboard's corners, as ptzcal_detect_chessboard gives them: each row in a colour, joined in
+ * order, a ring around the first.
+ *
+ * @param picture The picture.
+ * @param corners columns x rows x 2 numbers, pixels.
+ * @param found   columns x rows numbers: 0 where there is no corner; may be NULL: all are there.
+ * @param columns Corners in a row.
+ * @param rows    Corners in a column.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_picture_draw_board(ptzcal_picture *picture,
+                                        const double *corners,
+                                        const uint8_t *found,
+                                        size_t columns,
+                                        size_t rows,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Draws residuals as arrows from where each point was seen; outliers are red rings.
+ *
+ * @param picture   The picture.
+ * @param uv        n x 2 numbers: where the points were seen, pixels.
+ * @param residuals n x 2 numbers, pixels; they may be infinite: those are left out.
+ * @param inliers   n numbers: 0 for outliers; may be NULL: there are none.
+ * @param n         Number of points.
+ * @param scale     How much longer than the residuals the arrows are.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_picture_draw_residuals(ptzcal_picture *picture,
+                                            const double *uv,
+                                            const double *residuals,
+                                            const uint8_t *inliers,
+                                            size_t n,
+                                            double scale,
+                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Draws pairs of points of two pictures that stand side by side (ptzcal_picture_beside): kept ones are
+ * joined by a line, the others are red rings.
+ *
+ * @param picture The picture.
+ * @param left    n x 2 numbers, pixels of the left picture.
+ * @param right   n x 2 numbers, pixels of the right picture.
+ * @param kept    n numbers: 0 for pairs that are not kept; may be NULL: all are.
+ * @param n       Number of pairs.
+ * @param offset  Width of the left picture, pixels.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_picture_draw_matches(ptzcal_picture *picture,
+                                          const double *left,
+                                          const double *right,
+                                          const uint8_t *kept,
+                                          size_t n,
+                                          double offset,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Depth maps
+ *
+ * For every pixel of a camera the depth along its optical axis, as depth cameras give it, registered
+ * to their colour image. The map is a copy: the caller's memory is free after the call.
+ * ============================================================================================= */
+
+/** Depths of an image's pixels. Immutable: any number of threads may read it. */
+typedef struct ptzcal_depth_map ptzcal_depth_map;
+
+/**
+ * Makes a depth map of 16-bit values, as most depth cameras give; 0 is no depth.
+ *
+ * @param values Rows from the top, `stride` values apart.
+ * @param width  Pixels.
+ * @param height Pixels.
+ * @param stride Values from a row to the next, at least `width`.
+ * @param metres Metres per unit: 0.001 for millimetres.
+ * @param map    Receives the map; free it with ptzcal_depth_map_free.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_depth_map_new_u16(const uint16_t *values,
+                                       uint32_t width,
+                                       uint32_t height,
+                                       size_t stride,
+                                       double metres,
+                                       ptzcal_depth_map **map,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes a depth map of floats; what is not a positive number (0, negative, NaN, infinite) is no depth.
+ *
+ * @param values Rows from the top, `stride` values apart.
+ * @param width  Pixels.
+ * @param height Pixels.
+ * @param stride Values from a row to the next, at least `width`.
+ * @param metres Metres per unit: 1 for metres.
+ * @param map    Receives the map; free it with ptzcal_depth_map_free.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE for `metres`.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_depth_map_new_f32(const float *values,
+                                       uint32_t width,
+                                       uint32_t height,
+                                       size_t stride,
+                                       double metres,
+                                       ptzcal_depth_map **map,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Reads a depth map: a PNG or PGM with one channel of 16 bits; 0 is no depth.
+ *
+ * @param path   The file.
+ * @param metres Metres per unit: 0.001 for millimetres.
+ * @param map    Receives the map; free it with ptzcal_depth_map_free.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_FILE_FORMAT;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_depth_map_read(const char *path,
+                                    double metres,
+                                    ptzcal_depth_map **map,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a depth map.
+ *
+ * @param map The map; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_depth_map_free(ptzcal_depth_map *map) PTZCAL_NOEXCEPT;
+
+/**
+ * Size of a depth map and how many of its pixels have a depth.
+ *
+ * @param map    The map.
+ * @param width  Receives the width, pixels; may be NULL.
+ * @param height Receives the height, pixels; may be NULL.
+ * @param known  Receives the number of pixels with a depth; may be NULL.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_depth_map_size(const ptzcal_depth_map *map,
+                                    uint32_t *width,
+                                    uint32_t *height,
+                                    size_t *known,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
  * Cameras
  *
  * A calibrated camera is plain data: fill it in yourself or take it from a calibration. A world
@@ -1161,6 +1498,233 @@ ptzcal_status ptzcal_detect_chessboard(const ptzcal_image *image,
                                        size_t capacity,
                                        size_t *needed,
                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Detecting SIFT features
+ *
+ * Keypoints of an image that are found again in other images of the same thing, and descriptors to
+ * know them by: D. G. Lowe, Distinctive image features from scale-invariant keypoints, 2004. What is
+ * found can be copied out, kept, and made features again later.
+ * ============================================================================================= */
+
+/**
+ * Numbers of a keypoint: x, y, scale, angle, response, octave, sigma, elongation, direction.
+ *
+ * x and y: pixels; (0, 0) is the centre of the top-left pixel. scale: standard deviation of the
+ * Gaussian at which it was found, pixels (half of OpenCV's size). angle: radians from x towards y.
+ * response: |difference of Gaussians| of an image from 0 to 1. octave: -1 for the doubled image, 0 for
+ * the image, 1 for half of it, and so on. sigma: standard deviation of x and of y, pixels, that is
+ * typical of the scale (measured, not estimated for this keypoint). elongation: how much less sure the
+ * place is along `direction` than across it, ratio of the standard deviations, 1 or more. direction:
+ * radians from x towards y, -pi/2 to pi/2.
+ */
+#define PTZCAL_SIFT_KEYPOINT_SIZE 9
+
+/** Bytes of a descriptor: 4 x 4 cells of 8 orientations, in OpenCV's order, of length 512. */
+#define PTZCAL_SIFT_DESCRIPTOR_SIZE 128
+
+/** Keypoints and descriptors of an image. */
+typedef struct ptzcal_sift_features ptzcal_sift_features;
+
+/** Which keypoints are looked for. */
+typedef struct ptzcal_sift_options {
+  /** Set by ptzcal_sift_options_init. */
+  uint32_t struct_size;
+  /** Most features; the strongest are kept. 0: all, up to 1048576. */
+  uint32_t max_features;
+  /**
+   * 1: the image is doubled first, 0: it is not. Four times the time, for about three times the
+   * keypoints.
+   */
+  uint32_t upsample;
+  /** 0. */
+  uint32_t reserved;
+  /** Least contrast, above 0 to 1: Lowe's threshold times 3 intervals, as OpenCV counts. */
+  double contrast_threshold;
+  /** Greatest ratio of the principal curvatures, above 1: edges have a larger one. */
+  double edge_ratio;
+} ptzcal_sift_options;
+
+/**
+ * Sets up options with their defaults: all features, doubled image, contrast 0.04, edge ratio 10.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sift_options_init(ptzcal_sift_options *options,
+                                       size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds and describes the keypoints of an image, the strongest first. An image without contrast has
+ * none.
+ *
+ * Memory: about 20 kB for each column of the image (5 kB when it is not doubled), and 0.2 kB a feature.
+ *
+ * @param image    The image, at least 12 pixels high and wide, at most 32768 wide, at most 268435456 in
+ *                 all; of colours their luma is used.
+ * @param options  The options; may be NULL: the defaults.
+ * @param features Receives the features; free them with ptzcal_sift_features_free.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for options out of range, a malformed image
+ *         and one that is too small or too large; PTZCAL_STATUS_BUFFER_TOO_SMALL when a plane's size
+ *         cannot hold the image; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_detect_sift(const ptzcal_image *image,
+                                 const ptzcal_sift_options *options,
+                                 ptzcal_sift_features **features,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes features of keypoints and descriptors that were kept elsewhere, or come from elsewhere.
+ *
+ * @param keypoints   n x 9 numbers, as ptzcal_sift_features_copy_keypoints writes them; sigma is ignored.
+ *                    Of keypoints whose elongation is not known: 1.
+ * @param descriptors n x 128 bytes.
+ * @param n           Number of features, at most 1048576.
+ * @param features    Receives the features; free them with ptzcal_sift_features_free.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT for too many, for
+ *         a scale that is not positive and for an elongation below 1 or above 1000.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sift_features_new(const double *keypoints,
+                                       const uint8_t *descriptors,
+                                       size_t n,
+                                       ptzcal_sift_features **features,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees features.
+ *
+ * @param features The features; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_sift_features_free(ptzcal_sift_features *features) PTZCAL_NOEXCEPT;
+
+/**
+ * How many features there are.
+ *
+ * @param features The features.
+ * @param count    Receives the number.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sift_features_count(const ptzcal_sift_features *features,
+                                         size_t *count,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the keypoints, PTZCAL_SIFT_KEYPOINT_SIZE numbers each.
+ *
+ * @param features  The features.
+ * @param keypoints Receives x, y, scale, angle, response, octave, sigma of each; may be NULL when
+ *                  capacity is 0.
+ * @param capacity  Numbers that fit.
+ * @param needed    Receives how many numbers there are; may be NULL.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: nothing was copied.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sift_features_copy_keypoints(const ptzcal_sift_features *features,
+                                                  double *keypoints,
+                                                  size_t capacity,
+                                                  size_t *needed,
+                                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the descriptors, PTZCAL_SIFT_DESCRIPTOR_SIZE bytes each.
+ *
+ * @param features    The features.
+ * @param descriptors Receives the descriptors; may be NULL when capacity is 0.
+ * @param capacity    Bytes that fit.
+ * @param needed      Receives how many bytes there are; may be NULL.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: nothing was copied.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sift_features_copy_descriptors(const ptzcal_sift_features *features,
+                                                    uint8_t *descriptors,
+                                                    size_t capacity,
+                                                    size_t *needed,
+                                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Matching SIFT features
+ *
+ * Pairs of features of two images whose descriptors are each other's nearest, and much nearer than the
+ * next (Lowe's ratio test). The search is exact.
+ * ============================================================================================= */
+
+/** Which pairs of features are matches. */
+typedef struct ptzcal_sift_match_options {
+  /** Set by ptzcal_sift_match_options_init. */
+  uint32_t struct_size;
+  /** 1: each must be the nearest of the other, 0: that of the second image the nearest of the first's. */
+  uint32_t mutual;
+  /** Greatest ratio of the distances to the nearest and to the second nearest, above 0 to 1; 1: any. */
+  double max_ratio;
+} ptzcal_sift_match_options;
+
+/**
+ * Sets up options with their defaults: a ratio of 0.8, each other's nearest.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sift_match_options_init(ptzcal_sift_match_options *options,
+                                             size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Matches the features of two images. A feature of `a` has at most one match; without the mutual check
+ * one of `b` can have several.
+ *
+ * @param a         Features of the first image.
+ * @param b         Features of the second image.
+ * @param options   The options; may be NULL: the defaults.
+ * @param pairs     Receives 2 numbers a match, by ascending feature of `a`: the features' indices in `a`
+ *                  and `b`.
+ * @param distances Receives 2 numbers a match: the distance (of descriptors of length 512), and its ratio
+ *                  to the distance of the second nearest (1 where there is none); may be NULL.
+ * @param capacity  Number of matches that the arrays hold; the number of features of `a` is always enough.
+ * @param count     Receives the number of matches, also when the capacity is too small.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: no match was written;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for options out of range and for more than 2^36 pairs of
+ *         features; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_match_sift(const ptzcal_sift_features *a,
+                                const ptzcal_sift_features *b,
+                                const ptzcal_sift_match_options *options,
+                                uint32_t *pairs,
+                                double *distances,
+                                size_t capacity,
+                                size_t *count,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
  * 2D-3D measurements
@@ -2350,6 +2914,196 @@ ptzcal_status ptzcal_laser_calibration_copy_inliers(const ptzcal_laser_calibrati
                                                     size_t capacity,
                                                     size_t *needed,
                                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Calibrating from colour and depth
+ *
+ * A fixed camera from the views of an auxiliary camera with depth, where both see the same textured
+ * things: no laser and no marks are needed. SIFT features of both images are matched, the auxiliary
+ * ones become points by their depth, and those pairs calibrate the fixed camera, its errors and wrong
+ * pairs weighed (thesis, section IV.B).
+ *
+ * Make a ptzcal_rgbd of the fixed camera's image, add the auxiliary views, and calibrate. The world
+ * is that of the auxiliary cameras' poses.
+ * ============================================================================================= */
+
+/**
+ * Numbers of a pair of points: the view, x and y in its image, x and y in the fixed camera's (pixels),
+ * and the point in the world (metres).
+ */
+#define PTZCAL_RGBD_PAIR_SIZE 8
+
+/** A fixed camera's image and what auxiliary views share with it. */
+typedef struct ptzcal_rgbd ptzcal_rgbd;
+
+/** How pairs are found. */
+typedef struct ptzcal_rgbd_options {
+  /** Set by ptzcal_rgbd_options_init. */
+  uint32_t struct_size;
+  /** Least number of pairs that agree with the camera, 6 or more. */
+  uint32_t min_pairs;
+  /**
+   * 1: once more with those pairs of features that look less distinct but lie where a first camera
+   * expects them; 0: no.
+   */
+  uint32_t guided;
+  /** 0. */
+  uint32_t reserved;
+  /** Least contrast of a SIFT feature, above 0 to 1. */
+  double contrast_threshold;
+  /** Greatest ratio of a feature's principal curvatures, above 1. */
+  double edge_ratio;
+  /** Greatest ratio of the distances to the nearest and the second nearest feature, above 0 to 1. */
+  double max_ratio;
+  /**
+   * Standard deviation of inverse depths, 1/m: for cameras that triangulate. 0.001425 is a Kinect's of
+   * the first kind.
+   */
+  double inverse_depth_sigma;
+  /** Standard deviation of depths besides, metres: for cameras that measure time of flight. */
+  double depth_sigma;
+  /**
+   * Standard deviation of a feature's place, across its elongation, in pixels; 0: estimated from the
+   * residuals.
+   */
+  double keypoint_sigma;
+} ptzcal_rgbd_options;
+
+/** What an auxiliary view has to offer. */
+typedef struct ptzcal_rgbd_view {
+  /** Set by ptzcal_rgbd_view_init. */
+  uint32_t struct_size;
+  /** Features of its image. */
+  uint32_t features;
+  /** Of them, those that have a depth. */
+  uint32_t with_depth;
+  /** Features that look like one of the fixed camera's image. */
+  uint32_t matches;
+  /** Of these, those that have a depth. */
+  uint32_t pairs;
+  /** 0. */
+  uint32_t reserved;
+} ptzcal_rgbd_view;
+
+/**
+ * Sets up options with their defaults.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rgbd_options_init(ptzcal_rgbd_options *options,
+                                       size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a view's counts: everything 0.
+ *
+ * @param view The struct.
+ * @param size sizeof *view.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rgbd_view_init(ptzcal_rgbd_view *view, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Begins with the fixed camera's image.
+ *
+ * @param fixed   The image; it is not needed after the call.
+ * @param options The options; may be NULL: the defaults.
+ * @param rgbd    Receives the handle; free it with ptzcal_rgbd_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for options out of range and for a malformed
+ *         or too small image; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rgbd_new(const ptzcal_image *fixed,
+                              const ptzcal_rgbd_options *options,
+                              ptzcal_rgbd **rgbd,
+                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees it.
+ *
+ * @param rgbd The handle; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_rgbd_free(ptzcal_rgbd *rgbd) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a view of an auxiliary camera. A view without texture or depth adds nothing; its counts say so.
+ *
+ * @param rgbd   The handle.
+ * @param colour The auxiliary camera's image; it is not needed after the call.
+ * @param depth  The depth of each of its pixels.
+ * @param camera The auxiliary camera, of the image's size; its pose says what the world is.
+ * @param counts Receives what the view has to offer; may be NULL.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for another size and for a malformed image or
+ *         camera; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rgbd_add_view(ptzcal_rgbd *rgbd,
+                                   const ptzcal_image *colour,
+                                   const ptzcal_depth_map *depth,
+                                   const ptzcal_camera *camera,
+                                   ptzcal_rgbd_view *counts,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Calibrates the fixed camera from all views added so far. Views may be added later and the camera
+ * calibrated again.
+ *
+ * The calibration's residuals and inliers are those of the pairs that ptzcal_rgbd_copy_pairs gives,
+ * in their order.
+ *
+ * @param rgbd    The handle.
+ * @param options The options; may be NULL: the defaults.
+ * @param result  Receives the calibration; free it with ptzcal_calibration_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS where the images have too little in common
+ *         (the message says what there is); PTZCAL_STATUS_DEGENERATE; PTZCAL_STATUS_NO_CONSENSUS;
+ *         PTZCAL_STATUS_NO_CONVERGENCE; PTZCAL_STATUS_LENS_NOT_MONOTONE; PTZCAL_STATUS_CANCELLED;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rgbd_calibrate(ptzcal_rgbd *rgbd,
+                                    const ptzcal_calibration_options *options,
+                                    ptzcal_calibration **result,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the pairs of points of the last calibration, PTZCAL_RGBD_PAIR_SIZE numbers each.
+ *
+ * @param rgbd     The handle.
+ * @param pairs    Receives view, auxiliary x, y, fixed x, y, world X, Y, Z of each; may be NULL when
+ *                 `capacity` is 0.
+ * @param capacity Numbers that the buffer holds.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BAD_STATE before the first
+ *         calibration; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rgbd_copy_pairs(const ptzcal_rgbd *rgbd,
+                                     double *pairs,
+                                     size_t capacity,
+                                     size_t *needed,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
  * Planes and roof edges

@@ -24,6 +24,8 @@ static ptzcal_sift_match_options fixture_sift_match_options[1];
 static ptzcal_calibration_summary fixture_calibration_summary[1];
 static ptzcal_board_view fixture_board_view[1];
 static ptzcal_laser_line fixture_laser_line[1];
+static ptzcal_rgbd_options fixture_rgbd_options[1];
+static ptzcal_rgbd_view fixture_rgbd_view[1];
 
 static ptzcal_pose fixture_pose[1];
 static ptzcal_ptz fixture_ptz[1];
@@ -39,6 +41,9 @@ static ptzcal_error *fixture_error;
 static ptzcal_cancel *fixture_cancel;
 static ptzcal_spot_options *fixture_spot_options;
 static ptzcal_sift_features *fixture_sift_features;
+static ptzcal_picture *fixture_picture;
+static ptzcal_depth_map *fixture_depth_map;
+static ptzcal_rgbd *fixture_rgbd;
 static ptzcal_correspondences *fixture_correspondences;
 static ptzcal_calibration_options *fixture_calibration_options;
 static ptzcal_calibration *fixture_calibration;
@@ -57,6 +62,8 @@ static ptzcal_adjustment *fixture_adjustment;
 static ptzcal_adjusted *fixture_adjusted;
 
 static unsigned char fixture_pixels[16 * 12];
+static const uint16_t fixture_millimetres[64] = {1000};
+static const float fixture_metres[64] = {1.0f};
 static double fixture_xyz[FIXTURE_POINTS * 3];
 static double fixture_uv[FIXTURE_POINTS * 2];
 /* As descriptors, four of them. */
@@ -328,6 +335,11 @@ static inline void make_fixtures(void)
   CHECK_OK(ptzcal_sift_options_init(fixture_sift_options, sizeof *fixture_sift_options));
   CHECK_OK(ptzcal_sift_match_options_init(fixture_sift_match_options, sizeof *fixture_sift_match_options));
   CHECK_OK(ptzcal_detect_sift(fixture_image, NULL, &fixture_sift_features, NULL));
+  CHECK_OK(ptzcal_picture_new(fixture_image, &fixture_picture, NULL));
+  CHECK_OK(ptzcal_depth_map_new_u16(fixture_millimetres, 8, 8, 8, 0.001, &fixture_depth_map, NULL));
+  CHECK_OK(ptzcal_rgbd_options_init(fixture_rgbd_options, sizeof *fixture_rgbd_options));
+  CHECK_OK(ptzcal_rgbd_view_init(fixture_rgbd_view, sizeof *fixture_rgbd_view));
+  CHECK_OK(ptzcal_rgbd_new(fixture_image, NULL, &fixture_rgbd, NULL));
   CHECK_OK(ptzcal_calibration_summary_init(fixture_calibration_summary, sizeof *fixture_calibration_summary));
   CHECK_OK(ptzcal_cancel_new(&fixture_cancel, NULL));
   CHECK_STATUS(PTZCAL_STATUS_NULL_POINTER, ptzcal_cancel_new(NULL, &fixture_error));
@@ -386,6 +398,9 @@ static inline void free_fixtures(void)
   ptzcal_calibration_free(fixture_calibration);
   ptzcal_correspondences_free(fixture_correspondences);
   ptzcal_calibration_options_free(fixture_calibration_options);
+  ptzcal_rgbd_free(fixture_rgbd);
+  ptzcal_depth_map_free(fixture_depth_map);
+  ptzcal_picture_free(fixture_picture);
   ptzcal_sift_features_free(fixture_sift_features);
   ptzcal_spot_options_free(fixture_spot_options);
   ptzcal_cancel_free(fixture_cancel);

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 38] = [
+const TOPICS: [&str; 41] = [
     "version",
     "status",
     "error",
@@ -17,6 +17,8 @@ const TOPICS: [&str; 38] = [
     "shot",
     "progress",
     "image",
+    "picture",
+    "depth",
     "camera",
     "rig_model",
     "detect",
@@ -31,6 +33,7 @@ const TOPICS: [&str; 38] = [
     "linear_methods",
     "boards",
     "laser_line",
+    "rgbd",
     "roof_edges",
     "pose",
     "devices",

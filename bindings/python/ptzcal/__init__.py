@@ -36,7 +36,9 @@ from .errors import (
     Status,
 )
 from .images import PixelFormat
+from .pictures import DepthMap, Picture, read_image
 from .pose import Pose, PoseMethod, RoofEdges, estimate_pose_roof_edges
+from .rgbd import Rgbd, RgbdPairs, RgbdView
 from .rig import LogLevel, Rig, Settle
 from .rig_model import PanTilt, RigModel
 from .scan import FixedCamera, Gate, Progress, Region, Scan, Shot
@@ -59,6 +61,7 @@ __all__ = [
     "ChessboardAmbiguous",
     "ChessboardNotFound",
     "Correspondences",
+    "DepthMap",
     "DistortionModel",
     "Error",
     "FixedCamera",
@@ -71,11 +74,15 @@ __all__ = [
     "LogLevel",
     "Motion",
     "PanTilt",
+    "Picture",
     "PixelFormat",
     "Pose",
     "PoseMethod",
     "Progress",
     "Region",
+    "Rgbd",
+    "RgbdPairs",
+    "RgbdView",
     "Rig",
     "RigModel",
     "RigParameter",
@@ -103,5 +110,6 @@ __all__ = [
     "estimate_pose_roof_edges",
     "match_sift",
     "radial_alignment",
+    "read_image",
     "version",
 ]

@@ -43,6 +43,8 @@ from ._structs import (
     ptzcal_progress_fn,
     ptzcal_ptz,
     ptzcal_region,
+    ptzcal_rgbd_options,
+    ptzcal_rgbd_view,
     ptzcal_rig_model,
     ptzcal_scan_summary,
     ptzcal_shot,
@@ -81,6 +83,8 @@ _laser_line = POINTER(ptzcal_laser_line)
 _model = POINTER(ptzcal_rig_model)
 _pose = POINTER(ptzcal_pose)
 _region = POINTER(ptzcal_region)
+_rgbd_options = POINTER(ptzcal_rgbd_options)
+_rgbd_view = POINTER(ptzcal_rgbd_view)
 _scan_summary = POINTER(ptzcal_scan_summary)
 _shot = POINTER(ptzcal_shot)
 _sift_match_options = POINTER(ptzcal_sift_match_options)
@@ -110,6 +114,40 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_cancel_is_requested": (c_int32, _handle),
     "ptzcal_cancel_free": (None, _handle),
     "ptzcal_image_init": (_status, _image, c_size_t),
+    "ptzcal_picture_read": (_status, c_char_p, _handle_out, _error_out),
+    "ptzcal_picture_new": (_status, _image, _handle_out, _error_out),
+    "ptzcal_picture_beside": (_status, _image, _image, _handle_out, _error_out),
+    "ptzcal_picture_free": (None, _handle),
+    "ptzcal_picture_image": (_status, _handle, _image, _error_out),
+    "ptzcal_picture_save": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_picture_dim": (_status, _handle, c_double, _error_out),
+    "ptzcal_picture_draw_lines": (_status, _handle, _array, c_size_t, c_double, c_uint32, _error_out),
+    "ptzcal_picture_draw_circles": (
+        _status, _handle, _array, c_size_t, c_double, c_double, c_uint32, _error_out,
+    ),
+    "ptzcal_picture_draw_board": (_status, _handle, _array, _array, c_size_t, c_size_t, _error_out),
+    "ptzcal_picture_draw_residuals": (
+        _status, _handle, _array, _array, _array, c_size_t, c_double, _error_out,
+    ),
+    "ptzcal_picture_draw_matches": (
+        _status, _handle, _array, _array, _array, c_size_t, c_double, _error_out,
+    ),
+    "ptzcal_depth_map_new_u16": (
+        _status, _array, c_uint32, c_uint32, c_size_t, c_double, _handle_out, _error_out,
+    ),
+    "ptzcal_depth_map_new_f32": (
+        _status, _array, c_uint32, c_uint32, c_size_t, c_double, _handle_out, _error_out,
+    ),
+    "ptzcal_depth_map_read": (_status, c_char_p, c_double, _handle_out, _error_out),
+    "ptzcal_depth_map_free": (None, _handle),
+    "ptzcal_depth_map_size": (_status, _handle, _uint32_out, _uint32_out, _size_out, _error_out),
+    "ptzcal_rgbd_options_init": (_status, _rgbd_options, c_size_t),
+    "ptzcal_rgbd_view_init": (_status, _rgbd_view, c_size_t),
+    "ptzcal_rgbd_new": (_status, _image, _rgbd_options, _handle_out, _error_out),
+    "ptzcal_rgbd_free": (None, _handle),
+    "ptzcal_rgbd_add_view": (_status, _handle, _image, _handle, _camera, _rgbd_view, _error_out),
+    "ptzcal_rgbd_calibrate": (_status, _handle, _handle, _handle_out, _error_out),
+    "ptzcal_rgbd_copy_pairs": (_status, _handle, _array, c_size_t, _size_out, _error_out),
     # Cameras and rig models.
     "ptzcal_camera_init": (_status, _camera, c_size_t),
     "ptzcal_camera_centre": (_status, _camera, _array, _error_out),

@@ -157,6 +157,32 @@ class ptzcal_sift_match_options(Structure):
     ]
 
 
+class ptzcal_rgbd_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("min_pairs", c_uint32),
+        ("guided", c_uint32),
+        ("reserved", c_uint32),
+        ("contrast_threshold", c_double),
+        ("edge_ratio", c_double),
+        ("max_ratio", c_double),
+        ("inverse_depth_sigma", c_double),
+        ("depth_sigma", c_double),
+        ("keypoint_sigma", c_double),
+    ]
+
+
+class ptzcal_rgbd_view(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("features", c_uint32),
+        ("with_depth", c_uint32),
+        ("matches", c_uint32),
+        ("pairs", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
 class ptzcal_calibration_summary(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
