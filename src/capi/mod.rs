@@ -49,6 +49,8 @@ pub mod file;
 pub mod image;
 pub mod laser_line;
 pub mod linear_methods;
+pub mod lines;
+pub mod lines_3d;
 pub mod log;
 pub mod picture;
 pub mod pose;

@@ -1727,6 +1727,284 @@ ptzcal_status ptzcal_match_sift(const ptzcal_sift_features *a,
                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+ * Detecting edges and straight lines
+ *
+ * Edges are pixels where the light changes fastest (Canny), to a fraction of a pixel. Line segments are
+ * straight edges, to a few hundredths of a pixel, each with its covariance: what
+ * ptzcal_correspondences_add_lines takes as `uv` and `uv_covariance`.
+ *
+ * A segment's `uv` are two points on it whose errors across it are independent, one radius of gyration
+ * from its middle. Together they say all that is known of the line; on a line that a lens bends evenly
+ * they still lie on it, which its ends do not. On the way from the first to the second the bright side
+ * is on the right.
+ * ============================================================================================= */
+
+/** Which line segments are looked for. */
+typedef struct ptzcal_line_options {
+  /** Set by ptzcal_line_options_init. */
+  uint32_t struct_size;
+  /** Most segments that are returned, the longest first: 1 or more; the default is 10000. */
+  uint32_t max_segments;
+  /** Least length, pixels: 8 or more; the default is 20. */
+  double min_length;
+  /**
+   * Least step from dark to bright, grey levels: above 0 to 255; the default is 12. Where the image's
+   * noise asks for more, more is demanded.
+   */
+  double min_contrast;
+  /**
+   * Longest gap between two pieces of one line that are joined, pixels; the default is 40. It is never
+   * longer than the shorter piece. 0: nothing is joined.
+   */
+  double max_gap;
+} ptzcal_line_options;
+
+/**
+ * Sets up options with their defaults.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_line_options_init(ptzcal_line_options *options,
+                                       size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds edges: Canny's maxima of the gradient, row by row.
+ *
+ * @param image    The image; of colours their luma is used.
+ * @param sigma    Standard deviation of the Gaussian that smooths the image first, pixels, at most 10;
+ *                 0: a 3 x 3 binomial filter (0.71 pixels), which is faster.
+ * @param low      Gradient from which on an edge goes on, grey levels per pixel of the smoothed image,
+ *                 above 0.
+ * @param high     Gradient that an edge must reach somewhere, `low` or more.
+ * @param edges    Receives 5 numbers an edge pixel: x and y, pixels; the unit vector across the edge
+ *                 towards its bright side, x and y; the gradient.
+ * @param capacity Number of edge pixels that the array holds.
+ * @param count    Receives their number, also when the capacity is too small.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL for the capacity (nothing was written), or
+ *         when a plane's size cannot hold the image; PTZCAL_STATUS_INVALID_ARGUMENT for impossible
+ *         numbers, a malformed image and one of more than 2^28 pixels; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_detect_edges(const ptzcal_image *image,
+                                  double sigma,
+                                  double low,
+                                  double high,
+                                  double *edges,
+                                  size_t capacity,
+                                  size_t *count,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds straight line segments, the longest first. In an image of nothing but white noise there is
+ * about one at most.
+ *
+ * A line that a lens bends is one segment while it leaves a straight line by a pixel or so, and several
+ * otherwise. What is needed besides the image is a byte a pixel.
+ *
+ * @param image         The image; of colours their luma is used.
+ * @param options       The options; may be NULL: the defaults.
+ * @param uv            Receives n x 4 numbers: two points of each line with independent errors, pixels.
+ * @param uv_covariance Receives n x 6 numbers: xx, xy, yy of each point, px^2: that across the line, in
+ *                      all directions; may be NULL.
+ * @param ends          Receives n x 4 numbers: from where to where the line is seen, pixels, to a pixel or
+ *                      two; may be NULL.
+ * @param details       Receives n x 3 numbers: the step from dark to bright, grey levels; standard
+ *                      deviation of the edge's blur, pixels; length less gaps, pixels; may be NULL.
+ * @param capacity      Number of segments that the arrays hold; the options' max_segments is always
+ *                      enough.
+ * @param count         Receives the number n of segments, also when the capacity is too small.
+ * @param error         Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL for the capacity (nothing was written), or
+ *         when a plane's size cannot hold the image; PTZCAL_STATUS_INVALID_ARGUMENT for options out of
+ *         range, a malformed image and one of more than 2^28 pixels; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_detect_line_segments(const ptzcal_image *image,
+                                          const ptzcal_line_options *options,
+                                          double *uv,
+                                          double *uv_covariance,
+                                          double *ends,
+                                          double *details,
+                                          size_t capacity,
+                                          size_t *count,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Lines in space
+ *
+ * Straight lines through points of a cloud, and which of them is which segment of a camera's image.
+ * Lines have the form that ptzcal_correspondences_add_directed_lines takes.
+ * ============================================================================================= */
+
+/** How a line is fitted to points. */
+typedef struct ptzcal_line_fit_options {
+  /** Set by ptzcal_line_fit_options_init. */
+  uint32_t struct_size;
+  /** 1 (the default): outliers are found and set aside, from five points on. 0: all points are used. */
+  uint32_t robust;
+  /** Seed of the search for outliers; the default is 1. */
+  uint64_t seed;
+  /** Standard deviation of every coordinate of points without covariance, metres; the default is 0.01. */
+  double sigma;
+  /** Outliers lie beyond this many standard deviations; the default is 3.7. */
+  double outlier_threshold;
+  /** Least share of the points that must agree, 0 to 1; the default is 0.3. */
+  double min_inliers;
+} ptzcal_line_fit_options;
+
+/** Which line in space is which segment. */
+typedef struct ptzcal_line_match_options {
+  /** Set by ptzcal_line_match_options_init. */
+  uint32_t struct_size;
+  /**
+   * 1 (the default): the bright side must be on the same hand. Both cameras must then see the same
+   * surfaces on both sides of a line, and directions of lines in space be those of segments that they
+   * were made from. 0: either.
+   */
+  uint32_t same_polarity;
+  /** Standard deviation of the camera's projections, pixels; the default is 2. */
+  double camera_sigma;
+  /** Greatest distance of segment and line, in standard deviations; the default is 3. */
+  double max_distance;
+  /**
+   * By how much the next candidate's squared distance, in standard deviations, must be greater; the
+   * default is 9.
+   */
+  double min_lead;
+  /**
+   * Least share of the shorter one that segment and line's image have in common, 0 to 1; the default is
+   * 0.5.
+   */
+  double min_overlap;
+} ptzcal_line_match_options;
+
+/**
+ * Sets up options with their defaults.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_line_fit_options_init(ptzcal_line_fit_options *options,
+                                           size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Fits a straight line to points in space, of which some may be of other things: consensus of minimal
+ * samples (RANSAC), then maximum likelihood. Of several lines the one that most points agree with is
+ * taken. Points of a depth image need their covariances: along the ray their errors grow with the square
+ * of the depth. Pixels without depth must be left out.
+ *
+ * @param xyz             n x 3 numbers: points, metres.
+ * @param xyz_covariance  n x 9 numbers: of each point, row-major, positive definite, m^2; may be NULL: the
+ *                        options' sigma.
+ * @param n               Number of points, 2 or more.
+ * @param options         The options; may be NULL: the defaults.
+ * @param point_direction Receives 6 numbers: a point of the line in the middle of the inliers, and its
+ *                        unit direction.
+ * @param line_covariance Receives 36 numbers: of point and direction together, row-major; may be NULL.
+ *                        Larger than the stated noise makes it where the residuals contradict that
+ *                        (1 in 1000).
+ * @param extent          Receives 2 numbers: the first and last inlier's distance from the point along the
+ *                        direction, metres; may be NULL.
+ * @param inliers         Receives n numbers: 1 for points that agree, else 0; may be NULL.
+ * @param noise_factor    Receives the root of chi-square over its degrees of freedom, about 1 where the
+ *                        noise is as stated; 0 without redundancy; may be NULL.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NO_CONSENSUS;
+ *         PTZCAL_STATUS_DEGENERATE for points that are in one place as far as their noise tells;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a covariance that is none and options out of range;
+ *         PTZCAL_STATUS_NOT_FINITE (index: the point).
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_fit_line_3d(const double *xyz,
+                                 const double *xyz_covariance,
+                                 size_t n,
+                                 const ptzcal_line_fit_options *options,
+                                 double *point_direction,
+                                 double *line_covariance,
+                                 double *extent,
+                                 uint8_t *inliers,
+                                 double *noise_factor,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up options with their defaults.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_line_match_options_init(ptzcal_line_match_options *options,
+                                             size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Matches lines in space with the segments of a camera's image, by a first estimate of the camera. A line
+ * and a segment are matched once at most. What is not certain is not matched: lines with a second
+ * candidate nearly as good have none (but of pieces of one line the longest is taken).
+ *
+ * @param point_direction n_lines x 6 numbers: a point of each line, metres, world frame, and its
+ *                        direction, of any length but zero.
+ * @param line_covariance n_lines x 36 numbers: of point and direction, row-major; may be NULL: the lines
+ *                        are exact.
+ * @param extents         n_lines x 2 numbers: from where to where each line was seen: multiples of its
+ *                        direction from its point.
+ * @param n_lines         Number of lines.
+ * @param camera          The camera.
+ * @param uv              n_segments x 4 numbers: two points of each segment with independent errors,
+ *                        pixels, as ptzcal_detect_line_segments gives them.
+ * @param uv_covariance   n_segments x 6 numbers: xx, xy, yy of each point, px^2; may be NULL: 1 px,
+ *                        uncorrelated. Only what it says across the segment counts.
+ * @param ends            n_segments x 4 numbers: from where to where each segment is seen, pixels.
+ * @param n_segments      Number of segments.
+ * @param options         The options; may be NULL: the defaults.
+ * @param pairs           Receives 2 numbers a match, by ascending line: the indices of line and segment.
+ * @param residuals       Receives 2 numbers a match: distances of the segment's points from the line's
+ *                        image, pixels; may be NULL.
+ * @param capacity        Number of matches that the arrays hold; n_lines is always enough.
+ * @param count           Receives the number of matches, also when the capacity is too small.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: no match was written;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for directions that are zero, segments without length, and
+ *         options or a camera that are none; PTZCAL_STATUS_NOT_FINITE (index: the line or segment).
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_match_lines(const double *point_direction,
+                                 const double *line_covariance,
+                                 const double *extents,
+                                 size_t n_lines,
+                                 const ptzcal_camera *camera,
+                                 const double *uv,
+                                 const double *uv_covariance,
+                                 const double *ends,
+                                 size_t n_segments,
+                                 const ptzcal_line_match_options *options,
+                                 uint32_t *pairs,
+                                 double *residuals,
+                                 size_t capacity,
+                                 size_t *count,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
  * 2D-3D measurements
  *
  * What a camera is calibrated from: a growing set of measurements of one camera, in any mixture of

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 41] = [
+const TOPICS: [&str; 43] = [
     "version",
     "status",
     "error",
@@ -25,6 +25,8 @@ const TOPICS: [&str; 41] = [
     "chessboard",
     "sift",
     "sift_matching",
+    "lines",
+    "lines_3d",
     "correspondences",
     "calibration_options",
     "calibrate",

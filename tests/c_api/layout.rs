@@ -17,6 +17,8 @@ use ptzcal::capi::detect::ptzcal_spot;
 use ptzcal::capi::devices::ptzcal_ptz;
 use ptzcal::capi::image::ptzcal_image;
 use ptzcal::capi::laser_line::ptzcal_laser_line;
+use ptzcal::capi::lines::ptzcal_line_options;
+use ptzcal::capi::lines_3d::{ptzcal_line_fit_options, ptzcal_line_match_options};
 use ptzcal::capi::pose::ptzcal_pose;
 use ptzcal::capi::progress::ptzcal_progress;
 use ptzcal::capi::rgbd::{ptzcal_rgbd_options, ptzcal_rgbd_view};
@@ -54,6 +56,10 @@ fn rust() -> String {
     layout!(out, ptzcal_chessboard: struct_size columns rows found blur);
     layout!(out, ptzcal_sift_options: struct_size max_features upsample reserved contrast_threshold edge_ratio);
     layout!(out, ptzcal_sift_match_options: struct_size mutual max_ratio);
+    layout!(out, ptzcal_line_options: struct_size max_segments min_length min_contrast max_gap);
+    layout!(out, ptzcal_line_fit_options: struct_size robust seed sigma outlier_threshold min_inliers);
+    layout!(out, ptzcal_line_match_options: struct_size same_polarity camera_sigma max_distance min_lead
+        min_overlap);
     layout!(out, ptzcal_calibration_summary: struct_size iterations measurements inliers parameters
         rms noise_factor condition chi2 degrees_of_freedom probability warnings);
     layout!(out, ptzcal_board_view: struct_size used corners inliers rms rotation translation covariance);

@@ -36,6 +36,15 @@ from .errors import (
     Status,
 )
 from .images import PixelFormat
+from .lines import (
+    LineFit,
+    LineMatches,
+    LineSegments,
+    detect_edges,
+    detect_line_segments,
+    fit_line_3d,
+    match_lines,
+)
 from .pictures import DepthMap, Picture, read_image
 from .pose import Pose, PoseMethod, RoofEdges, estimate_pose_roof_edges
 from .rgbd import Rgbd, RgbdPairs, RgbdView
@@ -71,6 +80,9 @@ __all__ = [
     "InvalidArgument",
     "LaserCalibration",
     "LaserColour",
+    "LineFit",
+    "LineMatches",
+    "LineSegments",
     "LogLevel",
     "Motion",
     "PanTilt",
@@ -104,10 +116,14 @@ __all__ = [
     "calibrate_from_boards",
     "calibrate_laser_line",
     "detect_chessboard",
+    "detect_edges",
+    "detect_line_segments",
     "detect_sift",
     "detect_spot",
     "division_eigenproblem",
     "estimate_pose_roof_edges",
+    "fit_line_3d",
+    "match_lines",
     "match_sift",
     "radial_alignment",
     "read_image",

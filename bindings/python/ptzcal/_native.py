@@ -38,6 +38,9 @@ from ._structs import (
     ptzcal_image,
     ptzcal_laser_fn,
     ptzcal_laser_line,
+    ptzcal_line_fit_options,
+    ptzcal_line_match_options,
+    ptzcal_line_options,
     ptzcal_log_fn,
     ptzcal_pose,
     ptzcal_progress_fn,
@@ -80,6 +83,9 @@ _chessboard = POINTER(ptzcal_chessboard)
 _chessboard_options = POINTER(ptzcal_chessboard_options)
 _image = POINTER(ptzcal_image)
 _laser_line = POINTER(ptzcal_laser_line)
+_line_fit_options = POINTER(ptzcal_line_fit_options)
+_line_match_options = POINTER(ptzcal_line_match_options)
+_line_options = POINTER(ptzcal_line_options)
 _model = POINTER(ptzcal_rig_model)
 _pose = POINTER(ptzcal_pose)
 _region = POINTER(ptzcal_region)
@@ -196,6 +202,24 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_sift_match_options_init": (_status, _sift_match_options, c_size_t),
     "ptzcal_match_sift": (
         _status, _handle, _handle, _sift_match_options, _array, _array, c_size_t, _size_out, _error_out,
+    ),
+    # Edges and lines.
+    "ptzcal_line_options_init": (_status, _line_options, c_size_t),
+    "ptzcal_detect_edges": (
+        _status, _image, c_double, c_double, c_double, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_detect_line_segments": (
+        _status, _image, _line_options, _array, _array, _array, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_line_fit_options_init": (_status, _line_fit_options, c_size_t),
+    "ptzcal_fit_line_3d": (
+        _status, _array, _array, c_size_t, _line_fit_options, _array, _array, _array, _array, _double_out,
+        _error_out,
+    ),
+    "ptzcal_line_match_options_init": (_status, _line_match_options, c_size_t),
+    "ptzcal_match_lines": (
+        _status, _array, _array, _array, c_size_t, _camera, _array, _array, _array, c_size_t,
+        _line_match_options, _array, _array, c_size_t, _size_out, _error_out,
     ),
     # Calibrating a camera.
     "ptzcal_correspondences_new": (_status, c_uint32, c_uint32, _handle_out, _error_out),

@@ -183,6 +183,38 @@ class ptzcal_rgbd_view(Structure):
     ]
 
 
+class ptzcal_line_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("max_segments", c_uint32),
+        ("min_length", c_double),
+        ("min_contrast", c_double),
+        ("max_gap", c_double),
+    ]
+
+
+class ptzcal_line_fit_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("robust", c_uint32),
+        ("seed", c_uint64),
+        ("sigma", c_double),
+        ("outlier_threshold", c_double),
+        ("min_inliers", c_double),
+    ]
+
+
+class ptzcal_line_match_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("same_polarity", c_uint32),
+        ("camera_sigma", c_double),
+        ("max_distance", c_double),
+        ("min_lead", c_double),
+        ("min_overlap", c_double),
+    ]
+
+
 class ptzcal_calibration_summary(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
