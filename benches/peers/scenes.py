@@ -134,9 +134,9 @@ def dead_leaves(width: int, height: int, seed: int = 10):
     """Discs of all sizes, one over the other: the statistics of natural images (Lee, Mumford 2001)."""
     rng = np.random.default_rng(seed)
     picture = np.full((height, width), 120.0, np.float32)
-    n = width * height // 150
+    n = width * height // 2500
     # Radii with density r^-3.
-    radii = 3 / np.sqrt(rng.uniform((3 / 150) ** 2, 1, n))
+    radii = 8 / np.sqrt(rng.uniform((8 / 150) ** 2, 1, n))
     for r, x, y, level in np.c_[radii, rng.uniform((0, 0, 20), (width, height, 235), (n, 3))]:
         left, top = max(int(x - r), 0), max(int(y - r), 0)
         box = picture[top : int(y + r) + 2, left : int(x + r) + 2]
