@@ -3198,8 +3198,9 @@ ptzcal_status ptzcal_laser_calibration_copy_inliers(const ptzcal_laser_calibrati
  *
  * A fixed camera from the views of an auxiliary camera with depth, where both see the same textured
  * things: no laser and no marks are needed. SIFT features of both images are matched, the auxiliary
- * ones become points by their depth, and those pairs calibrate the fixed camera, its errors and wrong
- * pairs weighed (thesis, section IV.B).
+ * ones become points by their depth, and those pairs calibrate the fixed camera; then it tells which
+ * straight edges of both images are one, and is calibrated once more from points and lines (thesis,
+ * section IV.B).
  *
  * Make a ptzcal_rgbd of the fixed camera's image, add the auxiliary views, and calibrate. The world
  * is that of the auxiliary cameras' poses.
@@ -3210,6 +3211,12 @@ ptzcal_status ptzcal_laser_calibration_copy_inliers(const ptzcal_laser_calibrati
  * and the point in the world (metres).
  */
 #define PTZCAL_RGBD_PAIR_SIZE 8
+
+/**
+ * Numbers of a pair of lines: the view, x and y of both ends in its image, x and y of both ends in the
+ * fixed camera's (pixels), and of the line in the world a point (metres) and its direction (length 1).
+ */
+#define PTZCAL_RGBD_LINE_SIZE 15
 
 /** A fixed camera's image and what auxiliary views share with it. */
 typedef struct ptzcal_rgbd ptzcal_rgbd;
@@ -3225,8 +3232,8 @@ typedef struct ptzcal_rgbd_options {
    * expects them; 0: no.
    */
   uint32_t guided;
-  /** 0. */
-  uint32_t reserved;
+  /** 1: with the straight edges that both images show; 0: with points alone. */
+  uint32_t lines;
   /** Least contrast of a SIFT feature, above 0 to 1. */
   double contrast_threshold;
   /** Greatest ratio of a feature's principal curvatures, above 1. */
@@ -3259,8 +3266,8 @@ typedef struct ptzcal_rgbd_view {
   uint32_t matches;
   /** Of these, those that have a depth. */
   uint32_t pairs;
-  /** 0. */
-  uint32_t reserved;
+  /** Straight edges of its image that have a depth. */
+  uint32_t lines;
 } ptzcal_rgbd_view;
 
 /**
@@ -3342,8 +3349,8 @@ ptzcal_status ptzcal_rgbd_add_view(ptzcal_rgbd *rgbd,
  * Calibrates the fixed camera from all views added so far. Views may be added later and the camera
  * calibrated again.
  *
- * The calibration's residuals and inliers are those of the pairs that ptzcal_rgbd_copy_pairs gives,
- * in their order.
+ * The calibration's residuals and inliers are those of the pairs that ptzcal_rgbd_copy_pairs gives, in
+ * their order, and then of the lines of ptzcal_rgbd_copy_lines.
  *
  * @param rgbd    The handle.
  * @param options The options; may be NULL: the defaults.
@@ -3379,6 +3386,27 @@ ptzcal_status ptzcal_rgbd_calibrate(ptzcal_rgbd *rgbd,
  */
 ptzcal_status ptzcal_rgbd_copy_pairs(const ptzcal_rgbd *rgbd,
                                      double *pairs,
+                                     size_t capacity,
+                                     size_t *needed,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the pairs of lines of the last calibration, PTZCAL_RGBD_LINE_SIZE numbers each.
+ *
+ * @param rgbd     The handle.
+ * @param lines    Receives view, auxiliary x0, y0, x1, y1, fixed x0, y0, x1, y1, point X, Y, Z, direction
+ *                 X, Y, Z of each; may be NULL when `capacity` is 0.
+ * @param capacity Numbers that the buffer holds.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BAD_STATE before the first
+ *         calibration; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rgbd_copy_lines(const ptzcal_rgbd *rgbd,
+                                     double *lines,
                                      size_t capacity,
                                      size_t *needed,
                                      ptzcal_error **error) PTZCAL_NOEXCEPT;

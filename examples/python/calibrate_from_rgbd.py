@@ -31,7 +31,7 @@ def main():
     auxiliary = ptzcal.Camera(width, height, given.fx, given.fy, given.cx, given.cy)
     rgbd = ptzcal.Rgbd(fixed)
     view = rgbd.add_view(colour, ptzcal.DepthMap.read(given.depth, given.metres), auxiliary)
-    print(f"{view.features} features, {view.matches} matches, {view.pairs} of them with depth")
+    print(f"{view.features} features, {view.matches} matches, {view.pairs} of them with depth; {view.lines} lines")
     try:
         result = rgbd.calibrate()
     except ptzcal.Error as error:
@@ -42,18 +42,22 @@ def main():
         print(f"{name:2} {getattr(camera, name):9.2f} +- {sigmas[name]:.2f} px")
     for name, value in zip("XYZ", camera.centre):
         print(f"{name:2} {value:9.4f} +- {sigmas[name]:.4f} m")
-    print(f"{result.inlier_count} of {result.measurements} pairs used, rms {result.rms:.2f} px")
+    print(f"{result.inlier_count} of {result.measurements} pairs of points and lines used, rms {result.rms:.2f} px")
 
     if given.pictures:
         given.pictures.mkdir(parents=True, exist_ok=True)
-        pairs = rgbd.pairs
+        pairs, lines = rgbd.pairs, rgbd.line_pairs
+        inliers, residuals = result.inliers[: len(pairs)], result.residuals[: len(pairs)]
         matches = ptzcal.Picture.beside(colour, fixed)
-        matches.draw_matches(pairs.auxiliary, pairs.fixed, result.inliers, offset=width)
+        matches.draw_matches(pairs.auxiliary, pairs.fixed, inliers, offset=width)
+        matches.draw_lines(lines.auxiliary, 0xFFC800)
+        matches.draw_lines(lines.fixed + [width, 0, width, 0], 0xFFC800)
         matches.save(given.pictures / "matches.png")
-        residuals = ptzcal.Picture(fixed)
-        residuals.dim(0.5)
-        residuals.draw_residuals(pairs.fixed, result.residuals, result.inliers, scale=20)
-        residuals.save(given.pictures / "residuals.png")
+        picture = ptzcal.Picture(fixed)
+        picture.dim(0.5)
+        picture.draw_lines(lines.fixed, 0xFFC800)
+        picture.draw_residuals(pairs.fixed, residuals, inliers, scale=20)
+        picture.save(given.pictures / "residuals.png")
         print(f"pictures: {given.pictures}")
 
 

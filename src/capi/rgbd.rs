@@ -2,8 +2,9 @@
 //!
 //! A fixed camera from the views of an auxiliary camera with depth, where both see the same textured
 //! things: no laser and no marks are needed. SIFT features of both images are matched, the auxiliary
-//! ones become points by their depth, and those pairs calibrate the fixed camera, its errors and wrong
-//! pairs weighed (thesis, section IV.B).
+//! ones become points by their depth, and those pairs calibrate the fixed camera; then it tells which
+//! straight edges of both images are one, and is calibrated once more from points and lines (thesis,
+//! section IV.B).
 //!
 //! Make a ptzcal_rgbd of the fixed camera's image, add the auxiliary views, and calibrate. The world
 //! is that of the auxiliary cameras' poses.
@@ -21,13 +22,17 @@ use super::sift::flag;
 use super::sized::{self, SizedOut, SizedStruct};
 use super::status::ptzcal_status;
 use crate::error::{Error, Result};
-use crate::rgbd::{PointPair, RgbdCalibration, RgbdCalibrator, RgbdOptions, ViewCounts};
+use crate::rgbd::{LinePair, PointPair, RgbdCalibration, RgbdCalibrator, RgbdOptions, ViewCounts};
 
 const WHAT: &str = "rgbd";
 
 /// Numbers of a pair of points: the view, x and y in its image, x and y in the fixed camera's (pixels),
 /// and the point in the world (metres).
 pub const PTZCAL_RGBD_PAIR_SIZE: usize = 8;
+
+/// Numbers of a pair of lines: the view, x and y of both ends in its image, x and y of both ends in the
+/// fixed camera's (pixels), and of the line in the world a point (metres) and its direction (length 1).
+pub const PTZCAL_RGBD_LINE_SIZE: usize = 15;
 
 /// How pairs are found.
 #[derive(Debug, Clone, Copy)]
@@ -40,8 +45,8 @@ pub struct ptzcal_rgbd_options {
     /// 1: once more with those pairs of features that look less distinct but lie where a first camera
     /// expects them; 0: no.
     pub guided: u32,
-    /// 0.
-    pub reserved: u32,
+    /// 1: with the straight edges that both images show; 0: with points alone.
+    pub lines: u32,
     /// Least contrast of a SIFT feature, above 0 to 1.
     pub contrast_threshold: f64,
     /// Greatest ratio of a feature's principal curvatures, above 1.
@@ -68,7 +73,7 @@ unsafe impl SizedStruct for ptzcal_rgbd_options {
             struct_size: size_of::<Self>() as u32,
             min_pairs: defaults.min_pairs as u32,
             guided: defaults.guided.into(),
-            reserved: 0,
+            lines: defaults.lines.into(),
             contrast_threshold: defaults.sift.contrast_threshold,
             edge_ratio: defaults.sift.edge_ratio,
             max_ratio: defaults.matching.max_ratio,
@@ -93,6 +98,7 @@ impl ptzcal_rgbd_options {
         let options = unsafe { sized::read(options)? };
         settings.min_pairs = options.min_pairs as usize;
         settings.guided = flag(options.guided, "guided")?;
+        settings.lines = flag(options.lines, "lines")?;
         settings.sift.contrast_threshold = number(options.contrast_threshold, "contrast_threshold")?;
         settings.sift.edge_ratio = number(options.edge_ratio, "edge_ratio")?;
         settings.matching.max_ratio = number(options.max_ratio, "max_ratio")?;
@@ -118,8 +124,8 @@ pub struct ptzcal_rgbd_view {
     pub matches: u32,
     /// Of these, those that have a depth.
     pub pairs: u32,
-    /// 0.
-    pub reserved: u32,
+    /// Straight edges of its image that have a depth.
+    pub lines: u32,
 }
 
 // SAFETY: numbers, `struct_size` first.
@@ -127,7 +133,7 @@ unsafe impl SizedStruct for ptzcal_rgbd_view {
     const NAME: &'static str = "view";
     const FIRST_SIZE: usize = 24;
     fn initial() -> Self {
-        Self { struct_size: size_of::<Self>() as u32, features: 0, with_depth: 0, matches: 0, pairs: 0, reserved: 0 }
+        Self { struct_size: size_of::<Self>() as u32, features: 0, with_depth: 0, matches: 0, pairs: 0, lines: 0 }
     }
 }
 
@@ -138,6 +144,7 @@ impl From<ViewCounts> for ptzcal_rgbd_view {
             with_depth: c.with_depth as u32,
             matches: c.matches as u32,
             pairs: c.pairs as u32,
+            lines: c.lines as u32,
             ..Self::initial()
         }
     }
@@ -147,6 +154,7 @@ struct Work {
     calibrator: RgbdCalibrator,
     /// Of the last calibration.
     pairs: Vec<PointPair>,
+    lines: Vec<LinePair>,
 }
 
 /// A fixed camera's image and what auxiliary views share with it.
@@ -209,7 +217,7 @@ pub unsafe extern "C" fn ptzcal_rgbd_new(
         let (rgbd, fixed, options) =
             unsafe { (HandleOut::new(rgbd)?, view(fixed)?, ptzcal_rgbd_options::settings(options)?) };
         let calibrator = RgbdCalibrator::new(&fixed, options)?;
-        rgbd.give(ptzcal_rgbd(Exclusive::new(Work { calibrator, pairs: Vec::new() })));
+        rgbd.give(ptzcal_rgbd(Exclusive::new(Work { calibrator, pairs: Vec::new(), lines: Vec::new() })));
         Ok(())
     })
 }
@@ -272,8 +280,8 @@ pub unsafe extern "C" fn ptzcal_rgbd_add_view(
 /// Calibrates the fixed camera from all views added so far. Views may be added later and the camera
 /// calibrated again.
 ///
-/// The calibration's residuals and inliers are those of the pairs that ptzcal_rgbd_copy_pairs gives,
-/// in their order.
+/// The calibration's residuals and inliers are those of the pairs that ptzcal_rgbd_copy_pairs gives, in
+/// their order, and then of the lines of ptzcal_rgbd_copy_lines.
 ///
 /// @param rgbd    The handle.
 /// @param options The options; may be NULL: the defaults.
@@ -300,8 +308,8 @@ pub unsafe extern "C" fn ptzcal_rgbd_calibrate(
         let (result, rgbd, options) =
             unsafe { (HandleOut::new(result)?, borrow(rgbd)?, ptzcal_calibration_options::settings(options)?) };
         let mut work = rgbd.0.write(WHAT)?;
-        let RgbdCalibration { calibration, points, .. } = work.calibrator.calibrate(&options)?;
-        work.pairs = points;
+        let RgbdCalibration { calibration, points, lines, .. } = work.calibrator.calibrate(&options)?;
+        (work.pairs, work.lines) = (points, lines);
         result.give(calibration.into());
         Ok(())
     })
@@ -334,13 +342,57 @@ pub unsafe extern "C" fn ptzcal_rgbd_copy_pairs(
         // SAFETY: the caller keeps the header's rules for pointers.
         let (rgbd, buffer) = unsafe { (borrow(rgbd)?, BufferOut::new(pairs, capacity, needed)?) };
         let work = rgbd.0.read(WHAT)?;
-        if work.pairs.is_empty() {
-            return Err(Error::BadState { reason: "nothing was calibrated yet".into() });
-        }
+        calibrated(&work)?;
         let numbers = |p: &PointPair| -> [f64; PTZCAL_RGBD_PAIR_SIZE] {
             let (seen, fixed, world) = (p.lifted.pixel, p.fixed, p.lifted.world);
             [p.view as f64, seen.x, seen.y, fixed.x, fixed.y, world.x, world.y, world.z]
         };
         buffer.write(work.pairs.iter().map(numbers).collect::<Vec<_>>().as_flattened())
     })
+}
+
+/// Copies the pairs of lines of the last calibration, PTZCAL_RGBD_LINE_SIZE numbers each.
+///
+/// @param rgbd     The handle.
+/// @param lines    Receives view, auxiliary x0, y0, x1, y1, fixed x0, y0, x1, y1, point X, Y, Z, direction
+///                 X, Y, Z of each; may be NULL when `capacity` is 0.
+/// @param capacity Numbers that the buffer holds.
+/// @param needed   Receives how many numbers there are; may be NULL.
+/// @param error    Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BAD_STATE before the first
+///         calibration; PTZCAL_STATUS_BUSY.
+///
+/// Threads: shared.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rgbd_copy_lines(
+    rgbd: *const ptzcal_rgbd,
+    lines: *mut f64,
+    capacity: usize,
+    needed: *mut usize,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (rgbd, buffer) = unsafe { (borrow(rgbd)?, BufferOut::new(lines, capacity, needed)?) };
+        let work = rgbd.0.read(WHAT)?;
+        calibrated(&work)?;
+        let numbers = |l: &LinePair| {
+            let direction = l.line.direction.normalize();
+            let mut row = [0.0; PTZCAL_RGBD_LINE_SIZE];
+            let values = std::iter::once(l.view as f64)
+                .chain(l.auxiliary.ends.into_iter().chain(l.fixed.ends).flat_map(|p| [p.x, p.y]))
+                .chain(l.line.point.iter().copied())
+                .chain(direction.iter().copied());
+            row.iter_mut().zip(values).for_each(|(to, value)| *to = value);
+            row
+        };
+        buffer.write(work.lines.iter().map(numbers).collect::<Vec<_>>().as_flattened())
+    })
+}
+
+fn calibrated(work: &Work) -> Result<()> {
+    if work.pairs.is_empty() { Err(Error::BadState { reason: "nothing was calibrated yet".into() }) } else { Ok(()) }
 }

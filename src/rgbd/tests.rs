@@ -73,11 +73,11 @@ fn the_covariance_covers_the_truth() {
     let pose = Rigid::look_at(&Vector3::new(0.5, -0.1, 0.2), &Vector3::new(0.0, 0.0, 3.0)).unwrap();
     let truth = camera(pose);
     let options = CalibrationOptions::default();
-    let fit = RobustFit { size: [640, 480], options: &options };
+    let fit = RobustFit { size: [640, 480], options: &options, estimate: true };
     let (mut sum, mut sigmas, mut count) = (0.0, 0.0, 0.0);
     for _ in 0..60 {
         let points = pairs(&mut noise, &truth, 0.3);
-        let (found, sigma) = fit.run(&points, 0.7, true).unwrap();
+        let Fitted { calibration: found, sigma, .. } = fit.run(&points, &[], 0.7).unwrap();
         let k = |c: &Camera| c.intrinsics.to_array();
         let turn = rigid::log(&(truth.pose.rotation * found.camera.pose.rotation.transpose()));
         let mut error = DVector::zeros(11);
@@ -119,7 +119,7 @@ fn views_that_do_not_fit_together_are_refused() {
     let image = blobs(64, 48);
     let view = image.view().unwrap();
     let options = RgbdOptions::default();
-    let fails = |options: &RgbdOptions| RgbdCalibrator::new(&view, options).unwrap_err().to_string();
+    let fails = |options: &RgbdOptions| RgbdCalibrator::new(&view, *options).unwrap_err().to_string();
     let bad = RgbdOptions { keypoint_sigma: Some(-1.0), ..options };
     assert!(fails(&bad).starts_with("keypoint_sigma"));
     let bad = RgbdOptions { depth_noise: DepthNoise { inverse_depth: f64::NAN, depth: 0.0 }, ..options };

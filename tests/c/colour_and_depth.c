@@ -71,14 +71,16 @@ static void calibrated(void)
   ptzcal_calibration *calibration;
   ptzcal_calibration_summary summary;
   ptzcal_camera found;
-  size_t needed;
+  static double lines[1000 * PTZCAL_RGBD_LINE_SIZE];
+  size_t needed, n_lines;
   double centre[3];
   CHECK_OK(ptzcal_rgbd_view_init(&counts, sizeof counts));
   CHECK_OK(ptzcal_rgbd_options_init(&options, sizeof options));
-  CHECK(options.min_pairs == 20 && options.guided == 1);
+  CHECK(options.min_pairs == 20 && options.guided == 1 && options.lines == 1);
   make_image(&view, fixed, W, H);
   CHECK_OK(ptzcal_rgbd_new(&view, &options, &rgbd, NULL));
   CHECK_STATUS(PTZCAL_STATUS_BAD_STATE, ptzcal_rgbd_copy_pairs(rgbd, NULL, 0, &needed, NULL));
+  CHECK_STATUS(PTZCAL_STATUS_BAD_STATE, ptzcal_rgbd_copy_lines(rgbd, NULL, 0, &needed, NULL));
   /* Nothing yet, and a view that has nothing. */
   CHECK_STATUS(PTZCAL_STATUS_TOO_FEW_POINTS, ptzcal_rgbd_calibrate(rgbd, NULL, &calibration, NULL));
   CHECK_OK(add(rgbd, flat, &counts));
@@ -98,14 +100,16 @@ static void calibrated(void)
   CHECK_NEAR(centre[1], -0.05, 0.02);
   CHECK_NEAR(centre[2], 0.1, 0.02);
   CHECK_STATUS(PTZCAL_STATUS_BUFFER_TOO_SMALL, ptzcal_rgbd_copy_pairs(rgbd, pairs, 3, &needed, NULL));
-  CHECK(needed == PTZCAL_RGBD_PAIR_SIZE * summary.measurements);
+  CHECK_OK(ptzcal_rgbd_copy_lines(rgbd, lines, sizeof lines / sizeof *lines, &n_lines, NULL));
+  n_lines /= PTZCAL_RGBD_LINE_SIZE;
+  CHECK(needed == PTZCAL_RGBD_PAIR_SIZE * (summary.measurements - n_lines));
   CHECK_OK(ptzcal_rgbd_copy_pairs(rgbd, pairs, sizeof pairs / sizeof *pairs, &needed, NULL));
   /* Of the second view, before the wall. */
   CHECK(pairs[0] == 1.0 && pairs[7] > 1.3 && pairs[7] < 3.3);
   ptzcal_calibration_free(calibration);
   /* Without the guide, and with a known noise. */
   ptzcal_rgbd_free(rgbd);
-  options.guided = 0;
+  options.guided = options.lines = 0;
   options.keypoint_sigma = 0.3;
   CHECK_OK(ptzcal_rgbd_new(&view, &options, &rgbd, NULL));
   CHECK_OK(add(rgbd, auxiliary, NULL));

@@ -64,9 +64,9 @@ fn rust() -> String {
         rms noise_factor condition chi2 degrees_of_freedom probability warnings);
     layout!(out, ptzcal_board_view: struct_size used corners inliers rms rotation translation covariance);
     layout!(out, ptzcal_laser_line: struct_size spots x0 y0 vx vy rms covariance);
-    layout!(out, ptzcal_rgbd_options: struct_size min_pairs guided reserved contrast_threshold edge_ratio
+    layout!(out, ptzcal_rgbd_options: struct_size min_pairs guided lines contrast_threshold edge_ratio
         max_ratio inverse_depth_sigma depth_sigma keypoint_sigma);
-    layout!(out, ptzcal_rgbd_view: struct_size features with_depth matches pairs reserved);
+    layout!(out, ptzcal_rgbd_view: struct_size features with_depth matches pairs lines);
     layout!(out, ptzcal_pose: struct_size reserved rotation translation rotation_angle residual_rms
         disagreement condition);
     layout!(out, ptzcal_ptz: struct_size reserved pan_min pan_max tilt_min tilt_max pan_step tilt_step

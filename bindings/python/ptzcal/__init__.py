@@ -47,7 +47,7 @@ from .lines import (
 )
 from .pictures import DepthMap, Picture, read_image
 from .pose import Pose, PoseMethod, RoofEdges, estimate_pose_roof_edges
-from .rgbd import Rgbd, RgbdPairs, RgbdView
+from .rgbd import Rgbd, RgbdLinePairs, RgbdPairs, RgbdView
 from .rig import LogLevel, Rig, Settle
 from .rig_model import PanTilt, RigModel
 from .scan import FixedCamera, Gate, Progress, Region, Scan, Shot
@@ -93,6 +93,7 @@ __all__ = [
     "Progress",
     "Region",
     "Rgbd",
+    "RgbdLinePairs",
     "RgbdPairs",
     "RgbdView",
     "Rig",

@@ -154,6 +154,7 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_rgbd_add_view": (_status, _handle, _image, _handle, _camera, _rgbd_view, _error_out),
     "ptzcal_rgbd_calibrate": (_status, _handle, _handle, _handle_out, _error_out),
     "ptzcal_rgbd_copy_pairs": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_rgbd_copy_lines": (_status, _handle, _array, c_size_t, _size_out, _error_out),
     # Cameras and rig models.
     "ptzcal_camera_init": (_status, _camera, c_size_t),
     "ptzcal_camera_centre": (_status, _camera, _array, _error_out),

@@ -162,7 +162,7 @@ class ptzcal_rgbd_options(Structure):
         ("struct_size", c_uint32),
         ("min_pairs", c_uint32),
         ("guided", c_uint32),
-        ("reserved", c_uint32),
+        ("lines", c_uint32),
         ("contrast_threshold", c_double),
         ("edge_ratio", c_double),
         ("max_ratio", c_double),
@@ -179,7 +179,7 @@ class ptzcal_rgbd_view(Structure):
         ("with_depth", c_uint32),
         ("matches", c_uint32),
         ("pairs", c_uint32),
-        ("reserved", c_uint32),
+        ("lines", c_uint32),
     ]
 
 

@@ -57,12 +57,13 @@ class RgbdCalibration(TestCase):
         found = rgbd.calibrate()
         self.assertClose(found.camera.centre, centre, atol=0.02)
         self.assertClose([found.camera.fx, found.camera.fy], 340.0, atol=3.4)
-        pairs = rgbd.pairs
-        self.assertEqual(len(pairs), found.measurements)
+        pairs, lines = rgbd.pairs, rgbd.line_pairs
+        self.assertEqual(len(pairs) + len(lines), found.measurements)
+        self.assertEqual(lines.direction.shape, (len(lines), 3))
         self.assertEqual(pairs.xyz.shape, (len(pairs), 3))
         self.assertTrue((pairs.view == 0).all())
         off = found.camera.project(pairs.xyz) - pairs.fixed
-        self.assertClose(off, -found.residuals, atol=1e-9)
+        self.assertClose(off, -found.residuals[: len(pairs)], atol=1e-9)
 
     def test_nothing_in_common(self):
         colour, depth = paint(300.0, (0, 0, 0), 1)
