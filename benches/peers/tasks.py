@@ -705,7 +705,15 @@ def adjustments() -> Iterator[Task]:
         )
 
 
-GROUPS = (spots, spot_centres, chessboards, lines, calibrations, robust_calibrations, adjustments, aiming, calls)
-
-
-GROUPS = (spots, spot_centres, chessboards, features, calibrations, robust_calibrations, adjustments, aiming, calls)
+GROUPS = (
+    spots,
+    spot_centres,
+    chessboards,
+    features,
+    lines,
+    calibrations,
+    robust_calibrations,
+    adjustments,
+    aiming,
+    calls,
+)

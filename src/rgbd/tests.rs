@@ -94,7 +94,7 @@ fn the_covariance_covers_the_truth() {
         sigmas += sigma;
         count += 1.0;
     }
-    let (ratio, sigma) = ((sum / count as f64).sqrt(), sigmas / count);
+    let (ratio, sigma) = ((sum / count).sqrt(), sigmas / count);
     assert!((0.8..1.1).contains(&ratio), "{ratio}");
     // Of scale 0.3, a standard deviation of 0.42.
     assert!((0.36..0.46).contains(&sigma), "{sigma}");

@@ -142,8 +142,8 @@ fn the_sides_of_a_box_are_found_where_they_are() {
         assert!(off(s, &side).iter().all(|o| o.abs() < 0.05), "{:?}", off(s, &side));
         assert!((s.contrast - 80.0).abs() < 4.0, "{}", s.contrast);
         assert!((s.blur - 0.9).abs() < 0.15, "{}", s.blur);
-        for i in 0..2 {
-            let along = (s.ends[i] - side[i]).dot(&s.direction());
+        for (end, corner) in s.ends.iter().zip(&side) {
+            let along = (end - corner).dot(&s.direction());
             assert!(along.abs() < 4.0, "{along}");
         }
     }

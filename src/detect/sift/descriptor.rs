@@ -77,10 +77,11 @@ pub fn orientations(octave: &Octave, place: &Place, found: &mut Vec<f32>) {
     for y in top..bottom {
         polar.read(octave, place.level, y, left, right);
         let down = weight(y as f32 - place.y);
-        for i in 0..right - left {
+        let samples = polar.angle.iter().zip(&polar.magnitude).zip(&across);
+        for ((angle, magnitude), across) in samples.take(right - left) {
             // From half a turn back, so that it is positive.
-            let bin = (polar.angle[i] * (ORIENTATIONS as f32 / TAU) + (0.5 * ORIENTATIONS as f32 + 0.5)) as u32;
-            turned[(bin as usize).min(ORIENTATIONS)] += polar.magnitude[i] * across[i] * down;
+            let bin = (angle * (ORIENTATIONS as f32 / TAU) + (0.5 * ORIENTATIONS as f32 + 0.5)) as u32;
+            turned[(bin as usize).min(ORIENTATIONS)] += magnitude * across * down;
         }
     }
     turned[0] += turned[ORIENTATIONS];

@@ -281,7 +281,8 @@ mod tests {
             let forward = plainly(&a, &b);
             let backward: Vec<usize> = plainly(&b, &a).iter().map(|n| n.index).collect();
             assert_eq!(nearest(&a, &b), (forward.clone(), backward.clone()), "{na} {nb}");
-            let paths: Vec<(&str, fn(&mut Search))> = vec![
+            type Path = fn(&mut Search);
+            let paths: Vec<(&str, Path)> = vec![
                 ("portable", |s| s.compare(portable)),
                 #[cfg(target_arch = "x86_64")]
                 ("avx2", |s| {

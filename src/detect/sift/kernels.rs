@@ -223,7 +223,7 @@ fn arctangent(y: f32, x: f32) -> f32 {
     let (ax, ay) = (x.abs(), y.abs());
     let t = less(ax, ay) / greater(greater(ax, ay), f32::MIN_POSITIVE);
     let s = t * t;
-    let p = -0.011_721_20 * s + 0.052_653_32;
+    let p = -0.011_721_2 * s + 0.052_653_32;
     let p = p * s - 0.116_432_87;
     let p = p * s + 0.193_543_46;
     let p = p * s - 0.332_623_47;
