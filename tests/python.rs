@@ -138,6 +138,24 @@ fn example_scans_the_simulator() {
 }
 
 #[test]
+fn example_calibrates_from_rgbd() {
+    let Some(folder) = folder("rgbd_nyu") else { return };
+    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let (colour, depth, fixed) = (file("color4.png"), file("depth4.pgm"), file("color5.png"));
+    let pictures = tempfile::tempdir().unwrap();
+    let to = pictures.path().to_str().unwrap();
+    let example = "examples/python/calibrate_from_rgbd.py";
+    let lens = ["518", "519", "325.5", "253.5"];
+    let Some(text) = run(&[&[example, &colour, &depth, &fixed], &lens[..], &["--pictures", to]].concat()) else { return };
+    let focal = text.lines().find_map(|l| l.strip_prefix("fx ")).unwrap();
+    let focal: f64 = focal.split("+-").next().unwrap().trim().parse().unwrap();
+    assert!((focal / 518.0 - 1.0).abs() < 0.01, "{text}");
+    for name in ["matches.png", "residuals.png"] {
+        assert!(image::open(pictures.path().join(name)).unwrap().width() >= 640);
+    }
+}
+
+#[test]
 fn example_adjusts_rig_and_cameras() {
     let Some(text) = run(&["examples/python/adjust_rig_and_cameras.py", "20", "14"]) else { return };
     let (believed, adjusted) = text.split_once("rig adjusted").unwrap();
