@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! capi                               the C API: translates and checks, computes nothing
-//! rig                                workflows: aim, move, scan
+//! rig  rig_calibration               workflows: aim, move, scan; calibrate the rig itself
 //! detect  calibrate  adjust  pose    algorithms: pure functions of their input
 //! device  sim                        the ports (traits) and what implements them
 //! geometry  image  format            foundations: pure data, maths and files
@@ -30,6 +30,7 @@ pub mod geometry;
 pub mod image;
 pub mod pose;
 pub mod rig;
+pub mod rig_calibration;
 pub mod sim;
 
 pub use error::{Error, Result};
