@@ -28,6 +28,8 @@ pub struct CommonLine {
     pub line: LaserLine,
     /// Of x0 y0 vx vy.
     pub covariance: Matrix4<f64>,
+    /// Positions that saw the spot.
+    pub positions: usize,
     /// Disagreement of the positions' own lines, chi-square distributed with `freedom` degrees of freedom
     /// when they are one line.
     pub chi2: f64,
@@ -84,6 +86,7 @@ pub(super) fn share(owns: &[Option<Own>], pupil: Option<f64>) -> Shared {
     let common = CommonLine {
         line: fused.line(0),
         covariance: Matrix4::from_fn(|i, j| fused.covariance[(lit[0].lens() + i, lit[0].lens() + j)]),
+        positions: lit.len(),
         chi2: fused.chi2,
         freedom,
         probability,

@@ -112,9 +112,7 @@ impl RigCalibration {
         if !(0.0..=1.0).contains(&options.min_found) {
             return Err(Error::invalid("min_found", format!("{} is no share", options.min_found)));
         }
-        if !(options.pupil_sigma >= 0.0 && options.pupil_sigma.is_finite()) {
-            return Err(Error::invalid("pupil_sigma", format!("{} is no standard deviation", options.pupil_sigma)));
-        }
+        check_pupil(options.pupil_sigma)?;
         options.spot.check()?;
         options.calibration.validate()?;
         Ok(Self { options, board, size: None, views: Vec::new() })
@@ -141,6 +139,14 @@ impl RigCalibration {
     pub fn set_board(&mut self, board: ChessboardSpec) -> Result<()> {
         board.check()?;
         self.board = board;
+        Ok(())
+    }
+
+    /// Whether the zoom positions share one laser line, and how far the camera's centre moves with the zoom
+    /// (standard deviation, metres).
+    pub fn set_common_line(&mut self, share: bool, pupil_sigma: f64) -> Result<()> {
+        check_pupil(pupil_sigma)?;
+        (self.options.common_line, self.options.pupil_sigma) = (share, pupil_sigma);
         Ok(())
     }
 
@@ -234,4 +240,11 @@ impl RigCalibration {
         self.views.push(view);
         Ok(self.views.len() - 1)
     }
+}
+
+fn check_pupil(sigma: f64) -> Result<()> {
+    if (0.0..=1.0).contains(&sigma) {
+        return Ok(());
+    }
+    Err(Error::invalid("pupil_sigma", format!("{sigma} m is no standard deviation of a camera's centre")))
 }

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 36] = [
+const TOPICS: [&str; 39] = [
     "version",
     "status",
     "error",
@@ -29,6 +29,9 @@ const TOPICS: [&str; 36] = [
     "linear_methods",
     "boards",
     "laser_line",
+    "zoom_curve",
+    "rig_calibrated",
+    "rig_calibration",
     "roof_edges",
     "pose",
     "devices",
