@@ -10,8 +10,9 @@
 //! Covariances are those of the calibrated positions, carried through the spline, and the spline's own
 //! error: each inner position is predicted from the others, and what its prediction is off by, beyond
 //! its noise, grows as the error of an interpolation does, with (x - a)(b - x) (a and b the positions
-//! about x). Of two positions nothing shows how the curve bends: the error is then taken as even within
-//! the rectangle that a monotone curve stays in.
+//! about x). A prediction may be right by chance, so that no less is taken than if the curvature changed
+//! by a third of itself between neighbours. Of two positions nothing shows how the curve bends: the error
+//! is then taken as even within the rectangle that a monotone curve stays in.
 
 use nalgebra::{DMatrix, DVector, SMatrix, Vector2};
 
@@ -20,6 +21,8 @@ use super::spline::{monotone, weights};
 use super::{Distortion, Intrinsics};
 use crate::error::{Error, Result};
 
+/// Part of the curvature that is taken for the spline's error where the positions predict each other well.
+const CHANGE_OF_CURVATURE: f64 = 1.0 / 3.0;
 /// Most positions of a curve.
 pub const MAX_NODES: usize = 64;
 
@@ -204,6 +207,16 @@ impl ZoomCurve {
         bend * (zoom - places[right - 1]) * (places[right] - zoom)
     }
 
+    /// The size of a weighted sum of a quantity's values beyond what their noise makes of it.
+    fn excess(&self, weights: &[f64], quantity: usize) -> f64 {
+        let (nodes, n) = (weights.len(), self.smooth.ncols());
+        let value: f64 = (0..nodes).map(|a| weights[a] * self.smooth[(a, quantity)]).sum();
+        let covariance = |a: usize, b: usize| self.smooth_covariance[(a * n + quantity, b * n + quantity)];
+        let variance: f64 =
+            (0..nodes).map(|a| (0..nodes).map(|b| weights[a] * weights[b] * covariance(a, b)).sum::<f64>()).sum();
+        (value * value - variance).max(0.0).sqrt()
+    }
+
     /// How much each quantity bends at each node, by leaving the node out; no less than it does on the
     /// whole, for one prediction may be right by chance.
     fn bends(&self) -> DMatrix<f64> {
@@ -219,17 +232,11 @@ impl ZoomCurve {
             let (count, mut sum) = (inner.len(), 0.0);
             for i in inner {
                 let without = |all: &[f64]| -> Vec<f64> { [&all[..i], &all[i + 1..]].concat() };
-                let (at, mut weights) = interpolated(&without(&places), &without(&values), j, places[i]);
+                let (_, mut weights) = interpolated(&without(&places), &without(&values), j, places[i]);
                 weights.insert(i, -1.0);
-                let covariance = |a: usize, b: usize| self.smooth_covariance[(a * n + j, b * n + j)];
-                let indices = 0..places.len();
-                let variance: f64 = indices
-                    .clone()
-                    .flat_map(|a| indices.clone().map(move |b| (a, b)))
-                    .map(|(a, b)| weights[a] * weights[b] * covariance(a, b))
-                    .sum();
-                let excess = ((at - values[i]).powi(2) - variance).max(0.0).sqrt();
-                bends[(i, j)] = excess / ((places[i] - places[i - 1]) * (places[i + 1] - places[i]));
+                let span = (places[i] - places[i - 1]) * (places[i + 1] - places[i]);
+                let third = CHANGE_OF_CURVATURE * self.excess(&divided_difference(&places, i), j);
+                bends[(i, j)] = (self.excess(&weights, j) / span).max(third);
                 sum += bends[(i, j)].powi(2);
             }
             if count > 0 {
@@ -239,6 +246,17 @@ impl ZoomCurve {
         }
         bends
     }
+}
+
+/// Half the second derivative at an inner place, as weights of the values.
+fn divided_difference(places: &[f64], i: usize) -> Vec<f64> {
+    let mut weights = vec![0.0; places.len()];
+    let about = [i - 1, i, i + 1];
+    for a in about {
+        let product: f64 = about.iter().filter(|b| **b != a).map(|b| places[a] - places[*b]).product();
+        weights[a] = 1.0 / product;
+    }
+    weights
 }
 
 /// Value and weights of one smooth quantity; the first two are ln fx and ln fy.

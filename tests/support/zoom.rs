@@ -100,21 +100,33 @@ pub fn options(sigma: f64, calibration: CalibrationOptions) -> RigCalibrationOpt
 
 /// Adds a position's views, with noise on corners and spots.
 pub fn add(rig: &mut RigCalibration, node: &ZoomNode, views: &[TrueView], sigma: f64, noise: &mut Noise) {
-    let camera = camera(node);
-    for TrueView { pose, board } in views {
-        let at = Camera { pose: *pose, ..camera };
-        let corners: Vec<BoardCorner> = board
-            .iter()
-            .map(|p| BoardCorner {
-                board: *p,
-                pixel: at.project(&p.push(0.0)).expect("in front") + noise.pixel(sigma),
-                pixel_covariance: None,
-            })
-            .collect();
-        let view = rig.add_corners(node.zoom, SIZE, &corners).expect("a view");
-        let pixel = camera.project(&meet(&node.laser, pose)).expect("in front") + noise.pixel(sigma);
-        rig.set_spot(view, BoardSpot { pixel, pixel_covariance: None }).expect("a spot");
+    let first = add_corners(rig, node, views, sigma, noise);
+    for (i, view) in views.iter().enumerate() {
+        let pixel = camera(node).project(&meet(&node.laser, &view.pose)).expect("in front") + noise.pixel(sigma);
+        rig.set_spot(first + i, BoardSpot { pixel, pixel_covariance: None }).expect("a spot");
     }
+}
+
+/// The corners alone; answers the first view's number.
+pub fn add_corners(
+    rig: &mut RigCalibration,
+    node: &ZoomNode,
+    views: &[TrueView],
+    sigma: f64,
+    noise: &mut Noise,
+) -> usize {
+    let first = rig.len();
+    for TrueView { pose, board } in views {
+        let at = Camera { pose: *pose, ..camera(node) };
+        let corner = |p: &Vector2<f64>, noise: &mut Noise| BoardCorner {
+            board: *p,
+            pixel: at.project(&p.push(0.0)).expect("in front") + noise.pixel(sigma),
+            pixel_covariance: None,
+        };
+        let corners: Vec<BoardCorner> = board.iter().map(|p| corner(p, noise)).collect();
+        rig.add_corners(node.zoom, SIZE, &corners).expect("a view");
+    }
+    first
 }
 
 /// Fisher information of fx fy skew cx cy x0 y0 vx vy at one position, every pose eliminated: central
