@@ -171,6 +171,27 @@ static inline void make_boards(ptzcal_boards **boards, double noise)
   }
 }
 
+/* The same views at zoom 0, and at zoom 1 with twice the focal length. */
+static inline void make_rig_views(ptzcal_rig_calibration **calibration, double noise)
+{
+  const double centre[2] = {360.0, 288.0};
+  ptzcal_camera pose;
+  double board_xy[2 * FIXTURE_CORNERS], uv[2 * FIXTURE_CORNERS], spot[2];
+  uint32_t view, zoom, added;
+  size_t i;
+  CHECK_OK(ptzcal_rig_calibration_new(5, 4, 0.1, NULL, NULL, calibration, NULL));
+  for (zoom = 0; zoom < 2; zoom++) {
+    for (view = 0; view < FIXTURE_VIEWS; view++) {
+      make_board_view(view, noise, &pose, board_xy, uv, spot);
+      for (i = 0; i < 2 * FIXTURE_CORNERS; i++) uv[i] += (uv[i] - centre[i % 2]) * zoom;
+      for (i = 0; i < 2; i++) spot[i] += (spot[i] - centre[i]) * zoom;
+      CHECK_OK(ptzcal_rig_calibration_add_corners(*calibration, zoom, 720, 576, board_xy, uv, NULL, FIXTURE_CORNERS, &added, NULL));
+      CHECK(added == zoom * FIXTURE_VIEWS + view);
+      CHECK_OK(ptzcal_rig_calibration_set_spot(*calibration, added, spot, NULL, NULL));
+    }
+  }
+}
+
 static inline void make_image(ptzcal_image *image, const void *pixels, uint32_t width, uint32_t height)
 {
   CHECK_OK(ptzcal_image_init(image, sizeof *image));

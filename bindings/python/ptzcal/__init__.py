@@ -38,6 +38,15 @@ from .errors import (
 from .images import PixelFormat
 from .pose import Pose, PoseMethod, RoofEdges, estimate_pose_roof_edges
 from .rig import LogLevel, Rig, Settle
+from .rig_calibration import (
+    CommonLine,
+    RigCalibrated,
+    RigCalibration,
+    RigView,
+    UncertainRig,
+    ZoomCurve,
+    ZoomPosition,
+)
 from .rig_model import PanTilt, RigModel
 from .scan import FixedCamera, Gate, Progress, Region, Scan, Shot
 from .simulator import HEAD_CAMERA, Frame, Motion, Simulator
@@ -57,6 +66,7 @@ __all__ = [
     "Chessboard",
     "ChessboardAmbiguous",
     "ChessboardNotFound",
+    "CommonLine",
     "Correspondences",
     "DistortionModel",
     "Error",
@@ -76,8 +86,11 @@ __all__ = [
     "Progress",
     "Region",
     "Rig",
+    "RigCalibrated",
+    "RigCalibration",
     "RigModel",
     "RigParameter",
+    "RigView",
     "RoofEdges",
     "Scan",
     "Settle",
@@ -89,6 +102,9 @@ __all__ = [
     "SpotOptions",
     "Status",
     "Suspect",
+    "UncertainRig",
+    "ZoomCurve",
+    "ZoomPosition",
     "abi_version",
     "calibrate_camera",
     "calibrate_from_boards",
