@@ -115,6 +115,8 @@ pub enum Error {
 
     #[error("{given} usable points, at least {needed} are needed")]
     TooFewPoints { given: usize, needed: usize },
+    #[error("the images have too little in common: {detail}, {needed} are needed")]
+    TooFewMatches { needed: usize, detail: String },
     #[error("degenerate geometry ({kind:?}): {detail}")]
     Degenerate { kind: Degeneracy, detail: String },
     #[error("no convergence after {iterations} iterations: {detail}")]
@@ -194,7 +196,7 @@ impl Error {
             Self::Unsupported { .. } => Status::Unsupported,
             Self::Busy { .. } => Status::Busy,
             Self::BadState { .. } => Status::BadState,
-            Self::TooFewPoints { .. } => Status::TooFewPoints,
+            Self::TooFewPoints { .. } | Self::TooFewMatches { .. } => Status::TooFewPoints,
             Self::Degenerate { .. } => Status::Degenerate,
             Self::NoConvergence { .. } => Status::NoConvergence,
             Self::NoConsensus { .. } => Status::NoConsensus,
@@ -235,6 +237,9 @@ impl Error {
             Self::Camera { source, .. } => source.hint(),
             Self::Degenerate { kind, .. } => Some(kind.hint()),
             Self::TooFewPoints { .. } => Some("add points spread over the image and over depth"),
+            Self::TooFewMatches { .. } => Some(
+                "both cameras must see the same textured things, from not too different places; add auxiliary views",
+            ),
             Self::NoConvergence { .. } => {
                 Some("check the units (metres, pixels) and that 2D and 3D points are paired in the same order")
             }

@@ -5,10 +5,10 @@
 //!
 //! ```text
 //! capi                               the C API: translates and checks, computes nothing
-//! rig  rig_calibration               workflows: aim, move, scan; calibrate the rig itself
+//! rig  rig_calibration  rgbd         workflows: aim, move, scan; calibrate the rig; colour and depth
 //! detect  calibrate  adjust  pose    algorithms: pure functions of their input
 //! device  sim                        the ports (traits) and what implements them
-//! geometry  image  format            foundations: pure data, maths and files
+//! geometry  image  draw  format      foundations: pure data, maths, pictures and files
 //! control  error                     cancel, progress, log; the error type
 //! ```
 //!
@@ -24,11 +24,13 @@ pub mod capi;
 pub mod control;
 pub mod detect;
 pub mod device;
+pub mod draw;
 pub mod error;
 pub mod format;
 pub mod geometry;
 pub mod image;
 pub mod pose;
+pub mod rgbd;
 pub mod rig;
 pub mod rig_calibration;
 pub mod sim;

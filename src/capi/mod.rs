@@ -60,6 +60,8 @@ pub mod roof_edges;
 pub mod scan;
 pub mod scan_options;
 pub mod shot;
+pub mod sift;
+pub mod sift_matching;
 pub mod simulator;
 pub mod status;
 pub mod uncertainty;

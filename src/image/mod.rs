@@ -2,6 +2,7 @@
 
 pub mod area;
 pub mod components;
+pub mod depth;
 pub mod difference;
 pub mod frames;
 pub mod photometry;
@@ -9,5 +10,6 @@ pub mod pixel_format;
 pub mod pyramid;
 pub mod view;
 
+pub use depth::{DepthMap, DepthNoise, InverseDepth};
 pub use pixel_format::PixelFormat;
 pub use view::{Image, ImageView, PlaneView};

@@ -19,6 +19,8 @@ static const ptzcal_image *fixture_images[4];
 static ptzcal_spot fixture_spot[1];
 static ptzcal_chessboard_options fixture_chessboard_options[1];
 static ptzcal_chessboard fixture_chessboard[1];
+static ptzcal_sift_options fixture_sift_options[1];
+static ptzcal_sift_match_options fixture_sift_match_options[1];
 static ptzcal_calibration_summary fixture_calibration_summary[1];
 static ptzcal_board_view fixture_board_view[1];
 static ptzcal_laser_line fixture_laser_line[1];
@@ -39,6 +41,7 @@ static ptzcal_suspect fixture_suspect[1];
 static ptzcal_error *fixture_error;
 static ptzcal_cancel *fixture_cancel;
 static ptzcal_spot_options *fixture_spot_options;
+static ptzcal_sift_features *fixture_sift_features;
 static ptzcal_correspondences *fixture_correspondences;
 static ptzcal_calibration_options *fixture_calibration_options;
 static ptzcal_calibration *fixture_calibration;
@@ -62,7 +65,8 @@ static ptzcal_adjusted *fixture_adjusted;
 static unsigned char fixture_pixels[16 * 12];
 static double fixture_xyz[FIXTURE_POINTS * 3];
 static double fixture_uv[FIXTURE_POINTS * 2];
-static uint8_t fixture_flags[4];
+/* As descriptors, four of them. */
+static uint8_t fixture_flags[4 * PTZCAL_SIFT_DESCRIPTOR_SIZE];
 static size_t fixture_shots[4];
 static uint32_t fixture_cameras[4];
 
@@ -348,6 +352,9 @@ static inline void make_fixtures(void)
   CHECK_OK(ptzcal_spot_init(fixture_spot, sizeof *fixture_spot));
   CHECK_OK(ptzcal_chessboard_options_init(fixture_chessboard_options, sizeof *fixture_chessboard_options));
   CHECK_OK(ptzcal_chessboard_init(fixture_chessboard, sizeof *fixture_chessboard));
+  CHECK_OK(ptzcal_sift_options_init(fixture_sift_options, sizeof *fixture_sift_options));
+  CHECK_OK(ptzcal_sift_match_options_init(fixture_sift_match_options, sizeof *fixture_sift_match_options));
+  CHECK_OK(ptzcal_detect_sift(fixture_image, NULL, &fixture_sift_features, NULL));
   CHECK_OK(ptzcal_calibration_summary_init(fixture_calibration_summary, sizeof *fixture_calibration_summary));
   CHECK_OK(ptzcal_cancel_new(&fixture_cancel, NULL));
   CHECK_STATUS(PTZCAL_STATUS_NULL_POINTER, ptzcal_cancel_new(NULL, &fixture_error));
@@ -415,6 +422,7 @@ static inline void free_fixtures(void)
   ptzcal_calibration_free(fixture_calibration);
   ptzcal_correspondences_free(fixture_correspondences);
   ptzcal_calibration_options_free(fixture_calibration_options);
+  ptzcal_sift_features_free(fixture_sift_features);
   ptzcal_spot_options_free(fixture_spot_options);
   ptzcal_cancel_free(fixture_cancel);
   ptzcal_error_free(fixture_error);

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 39] = [
+const TOPICS: [&str; 41] = [
     "version",
     "status",
     "error",
@@ -21,6 +21,8 @@ const TOPICS: [&str; 39] = [
     "rig_model",
     "detect",
     "chessboard",
+    "sift",
+    "sift_matching",
     "correspondences",
     "calibration_options",
     "calibrate",

@@ -23,6 +23,8 @@ use ptzcal::capi::rig_calibrated::{ptzcal_common_line, ptzcal_rig_view, ptzcal_z
 use ptzcal::capi::rig_model::ptzcal_rig_model;
 use ptzcal::capi::scan::{ptzcal_region, ptzcal_scan_summary};
 use ptzcal::capi::shot::ptzcal_shot;
+use ptzcal::capi::sift::ptzcal_sift_options;
+use ptzcal::capi::sift_matching::ptzcal_sift_match_options;
 
 use super::tools::{run, strict, text};
 use super::{declarations, header};
@@ -50,6 +52,8 @@ fn rust() -> String {
     layout!(out, ptzcal_spot: struct_size saturated x y covariance peak signal_to_noise area);
     layout!(out, ptzcal_chessboard_options: struct_size columns rows reserved min_found);
     layout!(out, ptzcal_chessboard: struct_size columns rows found blur);
+    layout!(out, ptzcal_sift_options: struct_size max_features upsample reserved contrast_threshold edge_ratio);
+    layout!(out, ptzcal_sift_match_options: struct_size mutual max_ratio);
     layout!(out, ptzcal_calibration_summary: struct_size iterations measurements inliers parameters
         rms noise_factor condition chi2 degrees_of_freedom probability warnings);
     layout!(out, ptzcal_board_view: struct_size used corners inliers rms rotation translation covariance);

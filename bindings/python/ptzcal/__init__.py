@@ -49,6 +49,7 @@ from .rig_calibration import (
 )
 from .rig_model import PanTilt, RigModel
 from .scan import FixedCamera, Gate, Progress, Region, Scan, Shot
+from .sift import SiftFeatures, SiftMatches, detect_sift, match_sift
 from .simulator import HEAD_CAMERA, Frame, Motion, Simulator
 
 __version__ = version()
@@ -95,6 +96,8 @@ __all__ = [
     "Scan",
     "Settle",
     "Shot",
+    "SiftFeatures",
+    "SiftMatches",
     "Simulator",
     "Spot",
     "SpotAmbiguous",
@@ -110,9 +113,11 @@ __all__ = [
     "calibrate_from_boards",
     "calibrate_laser_line",
     "detect_chessboard",
+    "detect_sift",
     "detect_spot",
     "division_eigenproblem",
     "estimate_pose_roof_edges",
+    "match_sift",
     "radial_alignment",
     "version",
 ]

@@ -48,6 +48,8 @@ from ._structs import (
     ptzcal_rig_view,
     ptzcal_scan_summary,
     ptzcal_shot,
+    ptzcal_sift_match_options,
+    ptzcal_sift_options,
     ptzcal_spot,
     ptzcal_suspect,
     ptzcal_zoom_position,
@@ -84,6 +86,8 @@ _pose = POINTER(ptzcal_pose)
 _region = POINTER(ptzcal_region)
 _scan_summary = POINTER(ptzcal_scan_summary)
 _shot = POINTER(ptzcal_shot)
+_sift_match_options = POINTER(ptzcal_sift_match_options)
+_sift_options = POINTER(ptzcal_sift_options)
 _spot = POINTER(ptzcal_spot)
 _summary = POINTER(ptzcal_calibration_summary)
 _adjust_options = POINTER(ptzcal_adjust_options)
@@ -144,6 +148,22 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_chessboard_init": (_status, _chessboard, c_size_t),
     "ptzcal_detect_chessboard": (
         _status, _image, _chessboard_options, _chessboard, _array, _array, _array, c_size_t, _size_out, _error_out,
+    ),
+    # SIFT features.
+    "ptzcal_sift_options_init": (_status, _sift_options, c_size_t),
+    "ptzcal_detect_sift": (_status, _image, _sift_options, _handle_out, _error_out),
+    "ptzcal_sift_features_new": (_status, _array, _array, c_size_t, _handle_out, _error_out),
+    "ptzcal_sift_features_free": (None, _handle),
+    "ptzcal_sift_features_count": (_status, _handle, _size_out, _error_out),
+    "ptzcal_sift_features_copy_keypoints": (
+        _status, _handle, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_sift_features_copy_descriptors": (
+        _status, _handle, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_sift_match_options_init": (_status, _sift_match_options, c_size_t),
+    "ptzcal_match_sift": (
+        _status, _handle, _handle, _sift_match_options, _array, _array, c_size_t, _size_out, _error_out,
     ),
     # Calibrating a camera.
     "ptzcal_correspondences_new": (_status, c_uint32, c_uint32, _handle_out, _error_out),

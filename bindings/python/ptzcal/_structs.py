@@ -138,6 +138,25 @@ class ptzcal_chessboard(Structure):
     ]
 
 
+class ptzcal_sift_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("max_features", c_uint32),
+        ("upsample", c_uint32),
+        ("reserved", c_uint32),
+        ("contrast_threshold", c_double),
+        ("edge_ratio", c_double),
+    ]
+
+
+class ptzcal_sift_match_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("mutual", c_uint32),
+        ("max_ratio", c_double),
+    ]
+
+
 class ptzcal_calibration_summary(Structure):
     _fields_ = [
         ("struct_size", c_uint32),

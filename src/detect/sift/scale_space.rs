@@ -1,0 +1,180 @@
+//! An octave of the Gaussian scale space that flows past: rows come in at the top, and every level
+//! keeps as many as its users look back on. Memory thus grows with the image's width only, and what is
+//! worked on stays in the cache.
+
+use super::kernels::{LANES, Lanes, filter};
+
+/// Scales an octave (Lowe's s), and the levels that take them: s + 3.
+pub const INTERVALS: usize = 3;
+pub const LEVELS: usize = INTERVALS + 3;
+/// Blur of an octave's first level, in its pixels.
+pub const SIGMA: f64 = 1.6;
+/// Rows that all levels have above and below the one that is worked on: the widest descriptor's radius
+/// (38), the steps of a refinement (5) and a gradient's neighbour.
+pub const REACH: usize = 46;
+/// Rows that a level works out together, so that its sources are read from memory once.
+const BATCH: usize = 8;
+/// Groups of columns that are worked out together, for the same reason.
+const COLUMNS: usize = 4;
+/// Room left and right of a row that is filtered; no kernel is wider.
+const MARGIN: usize = 16;
+
+/// Half of a Gaussian filter, from the centre out to 4 sigma.
+struct Gaussian {
+    weights: Vec<f32>,
+}
+
+impl Gaussian {
+    fn new(sigma: f64) -> Self {
+        let radius = ((4.0 * sigma).round() as usize).clamp(1, MARGIN);
+        let raw: Vec<f64> = (0..=radius).map(|i| (-0.5 * (i as f64 / sigma).powi(2)).exp()).collect();
+        let sum = 2.0 * raw.iter().sum::<f64>() - 1.0;
+        Self { weights: raw.iter().map(|w| (w / sum) as f32).collect() }
+    }
+
+    fn radius(&self) -> usize {
+        self.weights.len() - 1
+    }
+}
+
+/// The last rows of a level.
+struct Rows {
+    data: Vec<f32>,
+    stride: usize,
+    capacity: usize,
+    /// Rows that were written so far: the next one's number.
+    next: usize,
+}
+
+impl Rows {
+    fn new(stride: usize, capacity: usize) -> Self {
+        Self { data: Vec::with_capacity(stride * capacity), stride, capacity, next: 0 }
+    }
+
+    /// Row `y`, one of the last `capacity`, with its padding.
+    fn row(&self, y: usize) -> &[f32] {
+        //debug_assert!(y < self.next && y + self.capacity >= self.next);
+        let start = (y % self.capacity) * self.stride;
+        &self.data[start..start + self.stride]
+    }
+
+    /// Room for the next row.
+    fn push(&mut self) -> &mut [f32] {
+        let start = (self.next % self.capacity) * self.stride;
+        if self.next < self.capacity {
+            self.data.resize(start + self.stride, 0.0);
+        }
+        self.next += 1;
+        &mut self.data[start..start + self.stride]
+    }
+}
+
+pub struct Octave {
+    width: usize,
+    height: usize,
+    /// The input where it is blurred first, and the levels.
+    rows: Vec<Rows>,
+    /// From each of `rows` to the next.
+    filters: Vec<Gaussian>,
+    /// Rows filtered along their columns, with margins.
+    lines: Vec<f32>,
+}
+
+impl Octave {
+    /// `first_blur`: what the input lacks to [`SIGMA`], if anything.
+    pub fn new(width: usize, height: usize, first_blur: Option<f64>) -> Self {
+        let step = |level: usize| SIGMA * (level as f64 / INTERVALS as f64).exp2();
+        let between = (1..LEVELS).map(|l| (step(l).powi(2) - step(l - 1).powi(2)).sqrt());
+        let filters: Vec<Gaussian> = first_blur.into_iter().chain(between).map(Gaussian::new).collect();
+        let stride = width.next_multiple_of(LANES);
+        let inputs = filters.len() + 1 - LEVELS;
+        let rows = (0..=filters.len()).map(|i| {
+            // How far the last level is behind this one.
+            let lag: usize = filters[i..].iter().map(|f| f.radius() + BATCH).sum();
+            let capacity =
+                if i < inputs { 2 * filters[i].radius() + 1 + 2 * BATCH } else { lag + 2 * REACH + BATCH + 2 };
+            Rows::new(stride, capacity.min(height))
+        });
+        let rows = rows.collect();
+        Self { width, height, rows, filters, lines: vec![0.0; BATCH * (stride + 2 * MARGIN)] }
+    }
+
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// Row `y` of a level.
+    pub fn row(&self, level: usize, y: usize) -> &[f32] {
+        &self.rows[self.rows.len() - LEVELS + level].row(y)[..self.width]
+    }
+
+    /// How many rows a level has had so far.
+    pub fn rows(&self, level: usize) -> usize {
+        self.rows[self.rows.len() - LEVELS + level].next
+    }
+
+    /// Takes the next row, which `fill` writes, and works out what can be.
+    pub fn push(&mut self, fill: impl FnOnce(&mut [f32])) {
+        let width = self.width;
+        fill(&mut self.rows[0].push()[..width]);
+        for (i, gaussian) in self.filters.iter().enumerate() {
+            let (before, after) = self.rows.split_at_mut(i + 1);
+            let (source, target) = (&before[i], &mut after[0]);
+            // Beyond the last row it is repeated.
+            let ready =
+                if source.next == self.height { self.height } else { source.next.saturating_sub(gaussian.radius()) };
+            while ready - target.next >= BATCH || (ready == self.height && ready > target.next) {
+                let ys = target.next..ready.min(target.next + BATCH);
+                blur(source, target, gaussian, ys, self.width, self.height, &mut self.lines);
+            }
+        }
+    }
+}
+
+/// Rows `ys` of the source, blurred.
+fn blur(
+    source: &Rows,
+    target: &mut Rows,
+    gaussian: &Gaussian,
+    ys: std::ops::Range<usize>,
+    width: usize,
+    height: usize,
+    lines: &mut [f32],
+) {
+    let (stride, radius) = (source.stride, gaussian.radius());
+    let long = stride + 2 * MARGIN;
+    let none: [&[Lanes]; 2] = [&[], &[]];
+    let mut pairs = [none; MARGIN];
+    // Row y + i - radius, where the image ends the last one.
+    let mut rows: [&[Lanes]; BATCH + 2 * MARGIN] = [&[]; BATCH + 2 * MARGIN];
+    for (i, row) in rows[..ys.len() + 2 * radius].iter_mut().enumerate() {
+        *row = lanes(source.row((ys.start + i).saturating_sub(radius).min(height - 1)));
+    }
+    for x in (0..stride / LANES).step_by(COLUMNS) {
+        let columns = x..(stride / LANES).min(x + COLUMNS);
+        for (i, line) in (radius..radius + ys.len()).zip(lines.chunks_exact_mut(long)) {
+            for (j, pair) in (1..=radius).zip(&mut pairs) {
+                *pair = [&rows[i - j][columns.clone()], &rows[i + j][columns.clone()]];
+            }
+            let out = &mut line[MARGIN..].as_chunks_mut().0[columns.clone()];
+            filter(out, &rows[i][columns.clone()], &pairs[..radius], &gaussian.weights);
+        }
+    }
+    for (_, line) in ys.zip(lines.chunks_exact_mut(long)) {
+        let (first, last) = (line[MARGIN], line[MARGIN + width - 1]);
+        line[..MARGIN].fill(first);
+        line[MARGIN + width..].fill(last);
+        for (j, pair) in (1..=radius).zip(&mut pairs) {
+            *pair = [lanes(&line[MARGIN - j..][..stride]), lanes(&line[MARGIN + j..][..stride])];
+        }
+        filter(target.push().as_chunks_mut().0, lanes(&line[MARGIN..][..stride]), &pairs[..radius], &gaussian.weights);
+    }
+}
+
+fn lanes(row: &[f32]) -> &[Lanes] {
+    row.as_chunks().0
+}

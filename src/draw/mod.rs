@@ -1,0 +1,7 @@
+//! Pictures of what was found: an image with marks on it.
+
+mod canvas;
+mod marks;
+
+pub use canvas::{Canvas, Colour};
+pub use marks::{EXAGGERATION, board, matches, residuals};
