@@ -100,7 +100,10 @@ fn rendered_frames_calibrate_each_other() {
         let files = [folder.join("color0.jpg"), folder.join("depth0.png"), folder.join(format!("color{to}.jpg"))];
         let k = Intrinsics::new(525.0, 319.5, 239.5);
         match calibrate(files.each_ref().map(|f| f.as_path()), 1e-3, k, tuned()) {
-            Ok(f) => { report(&format!("redwood {to}"), &f, &truth); dump(&format!("{to}"), &f, k, &truth) },
+            Ok(f) => {
+                report(&format!("redwood {to}"), &f, &truth);
+                dump(&format!("{to}"), &f, k, &truth)
+            }
             Err(e) => eprintln!("{e}"),
         }
     }
@@ -121,7 +124,10 @@ fn dump(name: &str, r: &RgbdCalibration, k: Intrinsics, truth: &Rigid) {
     for (p, i) in r.points.iter().zip(&r.calibration.inliers) {
         let seen = camera.project(&p.lifted.world).unwrap();
         let e = p.fixed - seen;
-        eprintln!("D {name} {:.1} {:.1} {:.3} {:.3} {:.3} {} {:.3}", p.lifted.pixel.x, p.lifted.pixel.y, p.lifted.world.z, e.x, e.y, i, 1.0);
+        eprintln!(
+            "D {name} {:.1} {:.1} {:.3} {:.3} {:.3} {} {:.3}",
+            p.lifted.pixel.x, p.lifted.pixel.y, p.lifted.world.z, e.x, e.y, i, 1.0
+        );
     }
 }
 
@@ -132,7 +138,9 @@ fn tuned() -> RgbdOptions {
     o.sift.edge_ratio = v("EDGE", 10.0);
     o.matching.max_ratio = v("RATIO", 0.8);
     o.depth_noise.inverse_depth = v("RHO", 1.425e-3);
-    if v("KNOWN", 0.0) > 0.0 { o.calibration.fixed_lens = Some((Intrinsics::new(525.0, 319.5, 239.5), Distortion::None)); }
+    if v("KNOWN", 0.0) > 0.0 {
+        o.calibration.fixed_lens = Some((Intrinsics::new(525.0, 319.5, 239.5), Distortion::None));
+    }
     o.guided = v("GUIDED", 1.0) > 0.0;
     o
 }

@@ -34,7 +34,12 @@ fn camera(f: f64) -> Camera {
 }
 
 fn calibration() -> CalibrationOptions {
-    CalibrationOptions { distortion: DistortionModel::Radial1, aspect_sigma: 0.0, skew_sigma: 0.0, ..Default::default() }
+    CalibrationOptions {
+        distortion: DistortionModel::Radial1,
+        aspect_sigma: 0.0,
+        skew_sigma: 0.0,
+        ..Default::default()
+    }
 }
 
 fn empty(calibration: CalibrationOptions) -> RigCalibration {
@@ -234,10 +239,9 @@ fn the_stereo_photographs_give_the_toolboxs_cameras() {
     // The toolbox's size of a square.
     let spec = ChessboardSpec { columns: 9, rows: 6, square: 0.03 };
     let sides = ["left", "right"].map(|side| photographs(&folder, side, spec, DistortionModel::BrownConrady));
-    for (found, [fx, fy, cx, cy], opencv_rms) in [
-        (&sides[0], [532.99, 533.15, 341.76, 234.10], 0.199),
-        (&sides[1], [536.94, 536.53, 326.47, 249.33], 0.2109),
-    ] {
+    for (found, [fx, fy, cx, cy], opencv_rms) in
+        [(&sides[0], [532.99, 533.15, 341.76, 234.10], 0.199), (&sides[1], [536.94, 536.53, 326.47, 249.33], 0.2109)]
+    {
         let c = &found.zooms[0].boards.as_ref().unwrap().calibration;
         let k = c.camera.intrinsics;
         println!("{k:?} {:?} rms {}", c.camera.distortion, c.rms);

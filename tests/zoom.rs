@@ -33,7 +33,12 @@ fn head(zooms: &[f64], count: usize) -> Vec<(ZoomNode, Vec<TrueView>)> {
         .collect()
 }
 
-fn simulate(head: &[(ZoomNode, Vec<TrueView>)], sigma: f64, calibration: CalibrationOptions, seed: u64) -> RigCalibrated {
+fn simulate(
+    head: &[(ZoomNode, Vec<TrueView>)],
+    sigma: f64,
+    calibration: CalibrationOptions,
+    seed: u64,
+) -> RigCalibrated {
     let mut rig = RigCalibration::new(spec(), options(sigma, calibration)).unwrap();
     let mut noise = Noise::new(seed);
     head.iter().for_each(|(node, views)| add(&mut rig, node, views, sigma, &mut noise));
@@ -175,7 +180,12 @@ fn between_the_zooms_the_covariance_covers() {
         for z in &places {
             let at = curve.at(*z).unwrap();
             let truth = truth(*z, Distortion::None);
-            let node = ZoomNode { zoom: *z, intrinsics: at.model.intrinsics, distortion: at.model.distortion, laser: at.model.laser };
+            let node = ZoomNode {
+                zoom: *z,
+                intrinsics: at.model.intrinsics,
+                distortion: at.model.distortion,
+                laser: at.model.laser,
+            };
             let e = off(&node.parameters(), &truth);
             for i in 0..9 {
                 covered[i] += e[i] * e[i] / at.covariance[(i, i)] / (runs as usize * places.len()) as f64;
@@ -211,7 +221,11 @@ fn exact_positions_leave_the_splines_error_which_is_stated() {
                 assert!(f > last, "monotone");
                 last = f;
                 let sigma = at.covariance[(0, 0)].max(0.0).sqrt();
-                assert!((f - true_f).abs() <= 3.0 * sigma + 1e-9 * f, "{} nodes, {z}: {f} {true_f} {sigma}", zooms.len());
+                assert!(
+                    (f - true_f).abs() <= 3.0 * sigma + 1e-9 * f,
+                    "{} nodes, {z}: {f} {true_f} {sigma}",
+                    zooms.len()
+                );
             }
         }
     }

@@ -9,7 +9,9 @@ use ptzcal::rig_calibration::RigCalibration;
 
 use super::figure::Figure;
 use super::thesis::Noise;
-use super::zoom_truth::{PUPIL_SIGMA, TrueView, ZOOMS, add, information, inverse, joint_bound, options, spec, truth, views};
+use super::zoom_truth::{
+    PUPIL_SIGMA, TrueView, ZOOMS, add, information, inverse, joint_bound, options, spec, truth, views,
+};
 
 const VIEWS: usize = 25;
 /// Parameters of a position.
@@ -130,7 +132,16 @@ fn between(sigma: f64, runs: usize) -> Vec<Figure> {
         // The spline's part is stated like a bound: what counts is that it covers.
         let root = covered.sqrt();
         let setup = format!("rig between six zooms: {name} over its sigma, rms");
-        figures.push(Figure { goal: "cover", setup, figure: root, unit: "", bound: 1.0, ratio: root, limit: 1.05, runs });
+        figures.push(Figure {
+            goal: "cover",
+            setup,
+            figure: root,
+            unit: "",
+            bound: 1.0,
+            ratio: root,
+            limit: 1.05,
+            runs,
+        });
     }
     figures
 }

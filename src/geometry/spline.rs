@@ -75,7 +75,8 @@ pub fn monotone(places: &[f64], values: &[f64], x: f64) -> (f64, Vec<f64>) {
     }
     let at = |values: &[f64]| hermite(places, values, &limited(places, values), x);
     // The limit makes it nonlinear, with kinks: differences are as good as any derivative.
-    let range = values.iter().fold(f64::NEG_INFINITY, |m, v| m.max(*v)) - values.iter().fold(f64::INFINITY, |m, v| m.min(*v));
+    let range =
+        values.iter().fold(f64::NEG_INFINITY, |m, v| m.max(*v)) - values.iter().fold(f64::INFINITY, |m, v| m.min(*v));
     let step = 1e-6 * range.max(1e-300);
     let mut moved = values.to_vec();
     let by = (0..values.len())

@@ -32,6 +32,7 @@ fn agrees(first: &Calibration, lifted: &Lifted, own: &SiftKeypoint, other: &Sift
     let expected = first.project(&lifted.world, Some(&lifted.covariance(sigma))).ok()?;
     let off = Vector2::new(other.x, other.y) - expected.pixel;
     let information = (expected.covariance + other.shape() * sigma.powi(2)).try_inverse()?;
-    let near = expected.covariance.symmetric_eigenvalues().max() <= MAX_REACH.powi(2) && off.dot(&(information * off)) <= GATE;
+    let near =
+        expected.covariance.symmetric_eigenvalues().max() <= MAX_REACH.powi(2) && off.dot(&(information * off)) <= GATE;
     Some(near && (1.0 / MAX_SCALE_RATIO..=MAX_SCALE_RATIO).contains(&ratio))
 }

@@ -33,7 +33,13 @@ impl Noise {
 }
 
 fn camera(pose: Rigid) -> Camera {
-    Camera { width: 640, height: 480, intrinsics: Intrinsics::new(520.0, 318.0, 242.0), distortion: Distortion::None, pose }
+    Camera {
+        width: 640,
+        height: 480,
+        intrinsics: Intrinsics::new(520.0, 318.0, 242.0),
+        distortion: Distortion::None,
+        pose,
+    }
 }
 
 /// Pairs of a scene 1 to 4 m away: the fixed camera half a metre aside, errors as the fit takes them.
@@ -129,7 +135,9 @@ fn views_that_do_not_fit_together_are_refused() {
     let own = Camera { width: 64, height: 48, ..camera(Rigid::identity()) };
     let other = DepthMap::new(48, 64, vec![2.0; 64 * 48]).unwrap();
     assert!(calibrator.add_view(&view, &other, &own).unwrap_err().to_string().starts_with("depth"));
-    assert!(calibrator.add_view(&view, &depth, &camera(Rigid::identity())).unwrap_err().to_string().starts_with("camera"));
+    assert!(
+        calibrator.add_view(&view, &depth, &camera(Rigid::identity())).unwrap_err().to_string().starts_with("camera")
+    );
     let mut broken = own;
     broken.intrinsics.fx = f64::NAN;
     assert!(calibrator.add_view(&view, &depth, &broken).is_err());

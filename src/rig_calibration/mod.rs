@@ -38,7 +38,8 @@ impl ChessboardSpec {
     fn check(&self) -> Result<()> {
         let sides = MIN_SIDE..=MAX_SIDE;
         if !sides.contains(&self.columns) || !sides.contains(&self.rows) {
-            let reason = format!("{} x {} inner corners; {MIN_SIDE} to {MAX_SIDE} are possible", self.columns, self.rows);
+            let reason =
+                format!("{} x {} inner corners; {MIN_SIDE} to {MAX_SIDE} are possible", self.columns, self.rows);
             return Err(Error::invalid("board", reason));
         }
         if !(self.square > 0.0 && self.square <= 100.0) {

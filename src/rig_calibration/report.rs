@@ -5,9 +5,9 @@ use nalgebra::{DMatrix, SMatrix, Vector2};
 use super::CommonLine;
 use crate::calibrate::{BoardCalibration, BoardCorner, BoardPose, BoardSpot, LaserCalibration};
 use crate::error::{Error, Result, Status};
+use crate::geometry::RigModel;
 use crate::geometry::rig_model::{AxisOffsets, Encoders, LaserLine};
 use crate::geometry::zoom_curve::{ZoomCurve, ZoomNode, rig_covariance};
-use crate::geometry::RigModel;
 
 /// Why something was not used.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,7 +94,9 @@ impl RigCalibrated {
             .ok_or_else(|| Error::invalid("index", format!("{index} of {count} zoom positions")))?;
         let Some(node) = &zoom.node else {
             let own = zoom.boards.as_ref().err().or(zoom.laser.as_ref().err());
-            return Err(own.cloned().unwrap_or_else(|| Error::Internal { reason: "a zoom position without an answer".into() }));
+            return Err(own
+                .cloned()
+                .unwrap_or_else(|| Error::Internal { reason: "a zoom position without an answer".into() }));
         };
         let before = self.zooms[..index].iter().filter(|z| z.node.is_some()).count();
         let n = node.parameters().len();

@@ -1163,6 +1163,233 @@ ptzcal_status ptzcal_detect_chessboard(const ptzcal_image *image,
                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+ * Detecting SIFT features
+ *
+ * Keypoints of an image that are found again in other images of the same thing, and descriptors to
+ * know them by: D. G. Lowe, Distinctive image features from scale-invariant keypoints, 2004. What is
+ * found can be copied out, kept, and made features again later.
+ * ============================================================================================= */
+
+/**
+ * Numbers of a keypoint: x, y, scale, angle, response, octave, sigma, elongation, direction.
+ *
+ * x and y: pixels; (0, 0) is the centre of the top-left pixel. scale: standard deviation of the
+ * Gaussian at which it was found, pixels (half of OpenCV's size). angle: radians from x towards y.
+ * response: |difference of Gaussians| of an image from 0 to 1. octave: -1 for the doubled image, 0 for
+ * the image, 1 for half of it, and so on. sigma: standard deviation of x and of y, pixels, that is
+ * typical of the scale (measured, not estimated for this keypoint). elongation: how much less sure the
+ * place is along `direction` than across it, ratio of the standard deviations, 1 or more. direction:
+ * radians from x towards y, -pi/2 to pi/2.
+ */
+#define PTZCAL_SIFT_KEYPOINT_SIZE 9
+
+/** Bytes of a descriptor: 4 x 4 cells of 8 orientations, in OpenCV's order, of length 512. */
+#define PTZCAL_SIFT_DESCRIPTOR_SIZE 128
+
+/** Keypoints and descriptors of an image. */
+typedef struct ptzcal_sift_features ptzcal_sift_features;
+
+/** Which keypoints are looked for. */
+typedef struct ptzcal_sift_options {
+  /** Set by ptzcal_sift_options_init. */
+  uint32_t struct_size;
+  /** Most features; the strongest are kept. 0: all, up to 1048576. */
+  uint32_t max_features;
+  /**
+   * 1: the image is doubled first, 0: it is not. Four times the time, for about three times the
+   * keypoints.
+   */
+  uint32_t upsample;
+  /** 0. */
+  uint32_t reserved;
+  /** Least contrast, above 0 to 1: Lowe's threshold times 3 intervals, as OpenCV counts. */
+  double contrast_threshold;
+  /** Greatest ratio of the principal curvatures, above 1: edges have a larger one. */
+  double edge_ratio;
+} ptzcal_sift_options;
+
+/**
+ * Sets up options with their defaults: all features, doubled image, contrast 0.04, edge ratio 10.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sift_options_init(ptzcal_sift_options *options,
+                                       size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds and describes the keypoints of an image, the strongest first. An image without contrast has
+ * none.
+ *
+ * Memory: about 20 kB for each column of the image (5 kB when it is not doubled), and 0.2 kB a feature.
+ *
+ * @param image    The image, at least 12 pixels high and wide, at most 32768 wide, at most 268435456 in
+ *                 all; of colours their luma is used.
+ * @param options  The options; may be NULL: the defaults.
+ * @param features Receives the features; free them with ptzcal_sift_features_free.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for options out of range, a malformed image
+ *         and one that is too small or too large; PTZCAL_STATUS_BUFFER_TOO_SMALL when a plane's size
+ *         cannot hold the image; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_detect_sift(const ptzcal_image *image,
+                                 const ptzcal_sift_options *options,
+                                 ptzcal_sift_features **features,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes features of keypoints and descriptors that were kept elsewhere, or come from elsewhere.
+ *
+ * @param keypoints   n x 9 numbers, as ptzcal_sift_features_copy_keypoints writes them; sigma is ignored.
+ *                    Of keypoints whose elongation is not known: 1.
+ * @param descriptors n x 128 bytes.
+ * @param n           Number of features, at most 1048576.
+ * @param features    Receives the features; free them with ptzcal_sift_features_free.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT for too many, for
+ *         a scale that is not positive and for an elongation below 1 or above 1000.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sift_features_new(const double *keypoints,
+                                       const uint8_t *descriptors,
+                                       size_t n,
+                                       ptzcal_sift_features **features,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees features.
+ *
+ * @param features The features; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_sift_features_free(ptzcal_sift_features *features) PTZCAL_NOEXCEPT;
+
+/**
+ * How many features there are.
+ *
+ * @param features The features.
+ * @param count    Receives the number.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sift_features_count(const ptzcal_sift_features *features,
+                                         size_t *count,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the keypoints, PTZCAL_SIFT_KEYPOINT_SIZE numbers each.
+ *
+ * @param features  The features.
+ * @param keypoints Receives x, y, scale, angle, response, octave, sigma of each; may be NULL when
+ *                  capacity is 0.
+ * @param capacity  Numbers that fit.
+ * @param needed    Receives how many numbers there are; may be NULL.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: nothing was copied.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sift_features_copy_keypoints(const ptzcal_sift_features *features,
+                                                  double *keypoints,
+                                                  size_t capacity,
+                                                  size_t *needed,
+                                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the descriptors, PTZCAL_SIFT_DESCRIPTOR_SIZE bytes each.
+ *
+ * @param features    The features.
+ * @param descriptors Receives the descriptors; may be NULL when capacity is 0.
+ * @param capacity    Bytes that fit.
+ * @param needed      Receives how many bytes there are; may be NULL.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: nothing was copied.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sift_features_copy_descriptors(const ptzcal_sift_features *features,
+                                                    uint8_t *descriptors,
+                                                    size_t capacity,
+                                                    size_t *needed,
+                                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Matching SIFT features
+ *
+ * Pairs of features of two images whose descriptors are each other's nearest, and much nearer than the
+ * next (Lowe's ratio test). The search is exact.
+ * ============================================================================================= */
+
+/** Which pairs of features are matches. */
+typedef struct ptzcal_sift_match_options {
+  /** Set by ptzcal_sift_match_options_init. */
+  uint32_t struct_size;
+  /** 1: each must be the nearest of the other, 0: that of the second image the nearest of the first's. */
+  uint32_t mutual;
+  /** Greatest ratio of the distances to the nearest and to the second nearest, above 0 to 1; 1: any. */
+  double max_ratio;
+} ptzcal_sift_match_options;
+
+/**
+ * Sets up options with their defaults: a ratio of 0.8, each other's nearest.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sift_match_options_init(ptzcal_sift_match_options *options,
+                                             size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Matches the features of two images. A feature of `a` has at most one match; without the mutual check
+ * one of `b` can have several.
+ *
+ * @param a         Features of the first image.
+ * @param b         Features of the second image.
+ * @param options   The options; may be NULL: the defaults.
+ * @param pairs     Receives 2 numbers a match, by ascending feature of `a`: the features' indices in `a`
+ *                  and `b`.
+ * @param distances Receives 2 numbers a match: the distance (of descriptors of length 512), and its ratio
+ *                  to the distance of the second nearest (1 where there is none); may be NULL.
+ * @param capacity  Number of matches that the arrays hold; the number of features of `a` is always enough.
+ * @param count     Receives the number of matches, also when the capacity is too small.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: no match was written;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for options out of range and for more than 2^36 pairs of
+ *         features; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_match_sift(const ptzcal_sift_features *a,
+                                const ptzcal_sift_features *b,
+                                const ptzcal_sift_match_options *options,
+                                uint32_t *pairs,
+                                double *distances,
+                                size_t capacity,
+                                size_t *count,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
  * 2D-3D measurements
  *
  * What a camera is calibrated from: a growing set of measurements of one camera, in any mixture of

@@ -73,7 +73,8 @@ pub fn views(node: &ZoomNode, count: usize) -> Vec<TrueView> {
             let rotation = rigid::exp(&Vector3::new(uniform(0.6), uniform(0.6), uniform(0.18)));
             let l = node.laser;
             let hit = Vector3::new(l.x0 + l.vx * z, l.y0 + l.vy * z, z);
-            let pose = Rigid { rotation, translation: hit - rotation * Vector3::new(uniform(0.12), uniform(0.12), 0.0) };
+            let pose =
+                Rigid { rotation, translation: hit - rotation * Vector3::new(uniform(0.12), uniform(0.12), 0.0) };
             let at = Camera { pose, ..camera };
             let mut board: Vec<Vector2<f64>> = super::board::grid(15, 15, 0.03);
             board.retain(|p| at.project(&p.push(0.0)).is_some_and(|q| inside(&q)));

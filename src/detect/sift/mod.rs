@@ -368,7 +368,16 @@ mod tests {
             let (elongation, direction) = elongation([h.m11, h.m12, h.m22]);
             assert!((elongation - 3.0).abs() < 1e-12);
             assert!((direction - angle).sin().abs() < 1e-12 && direction.abs() <= FRAC_PI_2, "{direction} {angle}");
-            let k = SiftKeypoint { x: 0.0, y: 0.0, scale: 1.0, angle: 0.0, response: 1.0, octave: 0, elongation, direction };
+            let k = SiftKeypoint {
+                x: 0.0,
+                y: 0.0,
+                scale: 1.0,
+                angle: 0.0,
+                response: 1.0,
+                octave: 0,
+                elongation,
+                direction,
+            };
             // The inverse curvature, in units of the greater one's.
             assert!((k.shape() - h.try_inverse().unwrap() * (4.5 * sign)).amax() < 1e-9);
         }
