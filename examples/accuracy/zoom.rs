@@ -52,6 +52,14 @@ fn positions(sigma: f64, runs: usize) -> Vec<Figure> {
     let mut squares = [0.0; 4 * N];
     let (mut covered, mut chi2) = (0.0, 0.0);
     for run in 0..runs {
+        // The bound is that of shifts drawn from their prior.
+        let mut head = head.clone();
+        let mut noise = Noise::new(1_000_000 + run as u64);
+        let line = head[0].0.laser;
+        for (node, _) in &mut head[1..] {
+            let shift = PUPIL_SIGMA * noise.gaussian();
+            (node.laser.x0, node.laser.y0) = (line.x0 + line.vx * shift, line.y0 + line.vy * shift);
+        }
         let found = simulated(&head, sigma, run as u64);
         chi2 += found.common.as_ref().expect("four positions").chi2 / (12 * runs) as f64;
         for (k, (zoom, (truth, _))) in found.zooms.iter().zip(&head).enumerate() {
