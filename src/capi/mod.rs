@@ -56,6 +56,7 @@ pub mod rig_calibrated;
 pub mod rig_calibration;
 pub mod rig_model;
 pub mod rig_options;
+pub mod rig_views;
 pub mod roof_edges;
 pub mod scan;
 pub mod scan_options;

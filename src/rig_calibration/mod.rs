@@ -171,7 +171,13 @@ impl RigCalibration {
         }
         self.check(zoom, size)?;
         let found = picture::find(off, on, &self.board, &self.options);
-        self.push(size, View { zoom, corners: found.corners, spot: found.spot })
+        // Few corners, all on one line, are no view either.
+        let corners = found.corners.and_then(|c| check_view(size, &c, None).map(|()| c));
+        let spot = match &corners {
+            Ok(c) => found.spot.map(|s| s.and_then(|s| check_view(size, c, Some(s)).map(|()| s))),
+            Err(_) => None,
+        };
+        self.push(size, View { zoom, corners, spot })
     }
 
     /// Adds corners that were found elsewhere, in an image of the given size; places on the board in
@@ -181,7 +187,7 @@ impl RigCalibration {
     /// As [`add_images`](Self::add_images), and those of [`Boards::add_view`].
     pub fn add_corners(&mut self, zoom: f64, size: [u32; 2], corners: &[BoardCorner]) -> Result<usize> {
         self.check(zoom, size)?;
-        Boards::new(size[0], size[1])?.add_view(corners)?;
+        check_view(size, corners, None)?;
         self.push(size, View { zoom, corners: Ok(corners.to_vec()), spot: None })
     }
 
@@ -197,9 +203,7 @@ impl RigCalibration {
         let Ok(corners) = &slot.corners else {
             return Err(Error::invalid("view", format!("no board was found in view {view}")));
         };
-        let mut check = Boards::new(size[0], size[1])?;
-        let only = check.add_view(corners)?;
-        check.set_spot(only, spot)?;
+        check_view(size, corners, Some(spot))?;
         slot.spot = Some(Ok(spot));
         Ok(())
     }
@@ -241,6 +245,13 @@ impl RigCalibration {
         self.views.push(view);
         Ok(self.views.len() - 1)
     }
+}
+
+/// Refuses what a set of boards would refuse.
+fn check_view(size: [u32; 2], corners: &[BoardCorner], spot: Option<BoardSpot>) -> Result<()> {
+    let mut boards = Boards::new(size[0], size[1])?;
+    let view = boards.add_view(corners)?;
+    spot.map_or(Ok(()), |spot| boards.set_spot(view, spot))
 }
 
 fn check_pupil(sigma: f64) -> Result<()> {

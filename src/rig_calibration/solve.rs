@@ -8,6 +8,7 @@ use super::{RigCalibration, View};
 use crate::calibrate::{BoardCalibration, Boards, LaserCalibration, calibrate_from_boards, calibrate_laser_line};
 use crate::error::{Error, Result, Status};
 
+/// Why a position has no answer when none of its views has a board.
 const NO_BOARD: &str = "no view at this zoom position shows the board";
 
 pub(super) fn solve(given: &RigCalibration) -> Result<RigCalibrated> {
@@ -39,7 +40,7 @@ fn position(given: &RigCalibration, size: [u32; 2], zoom: f64, views: Vec<usize>
     let mut set = Boards::new(size[0], size[1])?;
     for view in views.iter().map(|v| &given.views[*v]) {
         let Ok(corners) = &view.corners else { continue };
-        // What the sizes of a picture and corners from elsewhere can do wrong was refused on the way in.
+        // Refused on the way in, if anything was wrong with it.
         let index = set.add_view(corners)?;
         if let Some(Ok(spot)) = view.spot {
             set.set_spot(index, spot)?;

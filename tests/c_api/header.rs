@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 41] = [
+const TOPICS: [&str; 42] = [
     "version",
     "status",
     "error",
@@ -33,6 +33,7 @@ const TOPICS: [&str; 41] = [
     "laser_line",
     "zoom_curve",
     "rig_calibrated",
+    "rig_views",
     "rig_calibration",
     "roof_edges",
     "pose",

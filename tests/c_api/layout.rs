@@ -19,8 +19,9 @@ use ptzcal::capi::image::ptzcal_image;
 use ptzcal::capi::laser_line::ptzcal_laser_line;
 use ptzcal::capi::pose::ptzcal_pose;
 use ptzcal::capi::progress::ptzcal_progress;
-use ptzcal::capi::rig_calibrated::{ptzcal_common_line, ptzcal_rig_view, ptzcal_zoom_position};
+use ptzcal::capi::rig_calibrated::{ptzcal_common_line, ptzcal_zoom_position};
 use ptzcal::capi::rig_model::ptzcal_rig_model;
+use ptzcal::capi::rig_views::ptzcal_rig_view;
 use ptzcal::capi::scan::{ptzcal_region, ptzcal_scan_summary};
 use ptzcal::capi::shot::ptzcal_shot;
 use ptzcal::capi::sift::ptzcal_sift_options;
@@ -60,10 +61,10 @@ fn rust() -> String {
     layout!(out, ptzcal_laser_line: struct_size spots x0 y0 vx vy rms covariance);
     layout!(out, ptzcal_zoom_position: struct_size status laser_status has_model views views_used spots_used
         reserved zoom rms);
-    layout!(out, ptzcal_rig_view: struct_size status spot_status has_spot has_pose reserved corners inliers
-        zoom rms spot spot_residual rotation translation);
     layout!(out, ptzcal_common_line: struct_size agrees positions degrees_of_freedom x0 y0 vx vy covariance
         chi2 probability odd_zoom);
+    layout!(out, ptzcal_rig_view: struct_size status spot_status has_spot has_pose reserved corners inliers
+        zoom rms spot spot_residual rotation translation);
     layout!(out, ptzcal_pose: struct_size reserved rotation translation rotation_angle residual_rms
         disagreement condition);
     layout!(out, ptzcal_ptz: struct_size reserved pan_min pan_max tilt_min tilt_max pan_step tilt_step

@@ -215,6 +215,23 @@ class ptzcal_zoom_position(Structure):
     ]
 
 
+class ptzcal_common_line(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("agrees", c_uint32),
+        ("positions", c_uint32),
+        ("degrees_of_freedom", c_uint32),
+        ("x0", c_double),
+        ("y0", c_double),
+        ("vx", c_double),
+        ("vy", c_double),
+        ("covariance", c_double * 16),
+        ("chi2", c_double),
+        ("probability", c_double),
+        ("odd_zoom", c_double),
+    ]
+
+
 class ptzcal_rig_view(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -231,23 +248,6 @@ class ptzcal_rig_view(Structure):
         ("spot_residual", c_double * 2),
         ("rotation", c_double * 9),
         ("translation", c_double * 3),
-    ]
-
-
-class ptzcal_common_line(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("agrees", c_uint32),
-        ("positions", c_uint32),
-        ("degrees_of_freedom", c_uint32),
-        ("x0", c_double),
-        ("y0", c_double),
-        ("vx", c_double),
-        ("vy", c_double),
-        ("covariance", c_double * 16),
-        ("chi2", c_double),
-        ("probability", c_double),
-        ("odd_zoom", c_double),
     ]
 
 
