@@ -2703,38 +2703,6 @@ typedef struct ptzcal_zoom_position {
   double rms;
 } ptzcal_zoom_position;
 
-/** What became of a view. */
-typedef struct ptzcal_rig_view {
-  /** Set by ptzcal_rig_view_init. */
-  uint32_t struct_size;
-  /** A ptzcal_status: PTZCAL_STATUS_OK when the view was used; ptzcal_rig_calibrated_view_reason says why not. */
-  int32_t status;
-  /** A ptzcal_status: PTZCAL_STATUS_OK when its spot was used, or there is no picture with the laser on. */
-  int32_t spot_status;
-  /** 1 when a spot was seen. */
-  uint32_t has_spot;
-  /** 1 when the board's pose is known. */
-  uint32_t has_pose;
-  /** 0. */
-  uint32_t reserved;
-  /** Corners found. */
-  uint64_t corners;
-  /** Corners used. */
-  uint64_t inliers;
-  /** The device's number of the zoom position. */
-  double zoom;
-  /** Root mean square length of the used corners' residuals, pixels. */
-  double rms;
-  /** The spot's pixel. */
-  double spot[2];
-  /** Measured minus predicted, pixels; 0 where none is predicted. */
-  double spot_residual[2];
-  /** R, row-major: board axes to camera axes. The board's plane is R's third column through t. */
-  double rotation[9];
-  /** t: the middle of the board's corners in the camera frame, metres. */
-  double translation[3];
-} ptzcal_rig_view;
-
 /** The laser's line as all zoom positions see it. */
 typedef struct ptzcal_common_line {
   /** Set by ptzcal_common_line_init. */
@@ -2824,63 +2792,6 @@ ptzcal_status ptzcal_rig_calibrated_get_position(const ptzcal_rig_calibrated *ca
                                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
- * Sets up a view: no turn, everything else 0.
- *
- * @param rig_view The struct.
- * @param size     sizeof *rig_view.
- * @return PTZCAL_STATUS_OK.
- *
- * Threads: free.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_rig_view_init(ptzcal_rig_view *rig_view, size_t size) PTZCAL_NOEXCEPT;
-
-/**
- * What became of a view.
- *
- * @param calibrated The calibrated rig.
- * @param view       The view.
- * @param rig_view   Receives it; set up by ptzcal_rig_view_init.
- * @param error      Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (no such number).
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_rig_calibrated_get_view(const ptzcal_rig_calibrated *calibrated,
-                                             uint32_t view,
-                                             ptzcal_rig_view *rig_view,
-                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Why a view was not used, one line of English UTF-8. The wording may change in any version; decide by the status.
- *
- * @param calibrated The calibrated rig; may be NULL.
- * @param view       The view.
- * @return A string that lives as long as the calibrated rig; "" when there is no reason, no such number and
- *         for NULL; never NULL.
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-const char *ptzcal_rig_calibrated_view_reason(const ptzcal_rig_calibrated *calibrated,
-                                              uint32_t view) PTZCAL_NOEXCEPT;
-
-/**
- * Why a view's spot was not used, one line of English UTF-8. The wording may change in any version; decide by the status.
- *
- * @param calibrated The calibrated rig; may be NULL.
- * @param view       The view.
- * @return A string that lives as long as the calibrated rig; "" when there is no reason, no such number and
- *         for NULL; never NULL.
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-const char *ptzcal_rig_calibrated_spot_reason(const ptzcal_rig_calibrated *calibrated,
-                                              uint32_t view) PTZCAL_NOEXCEPT;
-
-/**
  * Why there is no lens at a zoom position, one line of English UTF-8. The wording may change in any version; decide by the status.
  *
  * @param calibrated The calibrated rig; may be NULL.
@@ -2907,33 +2818,6 @@ const char *ptzcal_rig_calibrated_position_reason(const ptzcal_rig_calibrated *c
  */
 const char *ptzcal_rig_calibrated_laser_reason(const ptzcal_rig_calibrated *calibrated,
                                                uint32_t index) PTZCAL_NOEXCEPT;
-
-/**
- * The corners of a view, for tables and pictures.
- *
- * @param calibrated The calibrated rig.
- * @param view       The view.
- * @param board_xy   Receives n x 2 numbers: places on the board, metres; may be NULL.
- * @param uv         Receives n x 2 numbers: their pixels; may be NULL.
- * @param residuals  Receives n x 2 numbers: measured minus predicted, px; infinite where none is predicted; may be NULL.
- * @param inliers    Receives n numbers: 1 for a corner that was used; may be NULL.
- * @param capacity   How many corners each array holds.
- * @param needed     Receives n, also when it is more than the capacity; may be NULL.
- * @param error      Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (no such view); PTZCAL_STATUS_BUFFER_TOO_SMALL.
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_rig_calibrated_copy_corners(const ptzcal_rig_calibrated *calibrated,
-                                                 uint32_t view,
-                                                 double *board_xy,
-                                                 double *uv,
-                                                 double *residuals,
-                                                 uint8_t *inliers,
-                                                 size_t capacity,
-                                                 size_t *needed,
-                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
  * The rig at a zoom position; axes through the camera's centre, true encoders. Its laser line is the one
@@ -3032,6 +2916,129 @@ ptzcal_status ptzcal_rig_calibrated_get_common_line(const ptzcal_rig_calibrated 
 ptzcal_status ptzcal_rig_calibrated_get_curve(const ptzcal_rig_calibrated *calibrated,
                                               ptzcal_zoom_curve **curve,
                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Views of a calibrated rig
+ *
+ * What became of each picture: its corners, their residuals, the board's pose, the spot, and the
+ * reason where something was not used.
+ * ============================================================================================= */
+
+/** What became of a view. */
+typedef struct ptzcal_rig_view {
+  /** Set by ptzcal_rig_view_init. */
+  uint32_t struct_size;
+  /** A ptzcal_status: PTZCAL_STATUS_OK when the view was used; ptzcal_rig_calibrated_view_reason says why not. */
+  int32_t status;
+  /** A ptzcal_status: PTZCAL_STATUS_OK when its spot was used, or there is no picture with the laser on. */
+  int32_t spot_status;
+  /** 1 when a spot was seen. */
+  uint32_t has_spot;
+  /** 1 when the board's pose is known. */
+  uint32_t has_pose;
+  /** 0. */
+  uint32_t reserved;
+  /** Corners found. */
+  uint64_t corners;
+  /** Corners used. */
+  uint64_t inliers;
+  /** The device's number of the zoom position. */
+  double zoom;
+  /** Root mean square length of the used corners' residuals, pixels. */
+  double rms;
+  /** The spot's pixel. */
+  double spot[2];
+  /** Measured minus predicted, pixels; 0 where none is predicted. */
+  double spot_residual[2];
+  /** R, row-major: board axes to camera axes. The board's plane is R's third column through t. */
+  double rotation[9];
+  /** t: the middle of the board's corners in the camera frame, metres. */
+  double translation[3];
+} ptzcal_rig_view;
+
+/**
+ * Sets up a view: no turn, everything else 0.
+ *
+ * @param rig_view The struct.
+ * @param size     sizeof *rig_view.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_view_init(ptzcal_rig_view *rig_view, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * What became of a view.
+ *
+ * @param calibrated The calibrated rig.
+ * @param view       The view.
+ * @param rig_view   Receives it; set up by ptzcal_rig_view_init.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (no such number).
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_calibrated_get_view(const ptzcal_rig_calibrated *calibrated,
+                                             uint32_t view,
+                                             ptzcal_rig_view *rig_view,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Why a view was not used, one line of English UTF-8. The wording may change in any version; decide by the status.
+ *
+ * @param calibrated The calibrated rig; may be NULL.
+ * @param view       The view.
+ * @return A string that lives as long as the calibrated rig; "" when there is no reason, no such number and
+ *         for NULL; never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_rig_calibrated_view_reason(const ptzcal_rig_calibrated *calibrated,
+                                              uint32_t view) PTZCAL_NOEXCEPT;
+
+/**
+ * Why a view's spot was not used, one line of English UTF-8. The wording may change in any version; decide by the status.
+ *
+ * @param calibrated The calibrated rig; may be NULL.
+ * @param view       The view.
+ * @return A string that lives as long as the calibrated rig; "" when there is no reason, no such number and
+ *         for NULL; never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_rig_calibrated_spot_reason(const ptzcal_rig_calibrated *calibrated,
+                                              uint32_t view) PTZCAL_NOEXCEPT;
+
+/**
+ * The corners of a view, for tables and pictures.
+ *
+ * @param calibrated The calibrated rig.
+ * @param view       The view.
+ * @param board_xy   Receives n x 2 numbers: places on the board, metres; may be NULL.
+ * @param uv         Receives n x 2 numbers: their pixels; may be NULL.
+ * @param residuals  Receives n x 2 numbers: measured minus predicted, px; infinite where none is predicted; may be NULL.
+ * @param inliers    Receives n numbers: 1 for a corner that was used; may be NULL.
+ * @param capacity   How many corners each array holds.
+ * @param needed     Receives n, also when it is more than the capacity; may be NULL.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (no such view); PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_calibrated_copy_corners(const ptzcal_rig_calibrated *calibrated,
+                                                 uint32_t view,
+                                                 double *board_xy,
+                                                 double *uv,
+                                                 double *residuals,
+                                                 uint8_t *inliers,
+                                                 size_t capacity,
+                                                 size_t *needed,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
  * Calibrating a rig from pictures
