@@ -565,6 +565,343 @@ typedef struct ptzcal_image {
 ptzcal_status ptzcal_image_init(ptzcal_image *image, size_t size) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+ * Pictures
+ *
+ * Photographs from files, and pictures of what was found: an image with marks on it, written as PNG.
+ * Colours are 0xRRGGBB. Marks outside the picture, or at places that are not finite, are left out.
+ * ============================================================================================= */
+
+/** A picture in the library's memory. */
+typedef struct ptzcal_picture ptzcal_picture;
+
+/**
+ * Reads a photograph: PNG, JPEG or PNM, told by what it holds; 16 bits per sample are cut to 8.
+ *
+ * @param path    The file.
+ * @param picture Receives the picture; free it with ptzcal_picture_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_FILE_FORMAT.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_picture_read(const char *path,
+                                  ptzcal_picture **picture,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies an image, to draw on it.
+ *
+ * @param image   The image.
+ * @param picture Receives the picture; free it with ptzcal_picture_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a malformed image;
+ *         PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_picture_new(const ptzcal_image *image,
+                                 ptzcal_picture **picture,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies two images side by side, to draw what matches in them.
+ *
+ * @param left    The left one.
+ * @param right   The right one; it begins at x = the left one's width.
+ * @param picture Receives the picture; free it with ptzcal_picture_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a malformed image, and for two that are
+ *         together wider than 65536 pixels; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_picture_beside(const ptzcal_image *left,
+                                    const ptzcal_image *right,
+                                    ptzcal_picture **picture,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a picture.
+ *
+ * @param picture The picture; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_picture_free(ptzcal_picture *picture) PTZCAL_NOEXCEPT;
+
+/**
+ * The picture's pixels, for every function that takes an image. They stay where they are until the
+ * picture is freed; drawing changes them.
+ *
+ * @param picture The picture.
+ * @param image   Receives the view; set up by ptzcal_image_init.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY while another thread draws.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_picture_image(const ptzcal_picture *picture,
+                                   ptzcal_image *image,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes a picture as PNG, at once or not at all.
+ *
+ * @param picture The picture.
+ * @param path    The file.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_picture_save(const ptzcal_picture *picture,
+                                  const char *path,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Darkens a picture, so that marks stand out.
+ *
+ * @param picture The picture.
+ * @param light   What is left of its light, 0 to 1.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_picture_dim(ptzcal_picture *picture,
+                                 double light,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Draws lines.
+ *
+ * @param picture The picture.
+ * @param ends    n x 4 numbers: x, y of the one end and of the other, pixels.
+ * @param n       Number of lines.
+ * @param width   Width of the lines, pixels.
+ * @param colour  0xRRGGBB.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_picture_draw_lines(ptzcal_picture *picture,
+                                        const double *ends,
+                                        size_t n,
+                                        double width,
+                                        uint32_t colour,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Draws circles.
+ *
+ * @param picture The picture.
+ * @param centres n x 2 numbers, pixels.
+ * @param n       Number of circles.
+ * @param radius  Radius, pixels.
+ * @param width   Width of the line, pixels.
+ * @param colour  0xRRGGBB.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_picture_draw_circles(ptzcal_picture *picture,
+                                          const double *centres,
+                                          size_t n,
+                                          double radius,
+                                          double width,
+                                          uint32_t colour,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Draws a chessboard's corners, as ptzcal_detect_chessboard gives them: each row in a colour, joined in
+ * order, a ring around the first.
+ *
+ * @param picture The picture.
+ * @param corners columns x rows x 2 numbers, pixels.
+ * @param found   columns x rows numbers: 0 where there is no corner; may be NULL: all are there.
+ * @param columns Corners in a row.
+ * @param rows    Corners in a column.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_picture_draw_board(ptzcal_picture *picture,
+                                        const double *corners,
+                                        const uint8_t *found,
+                                        size_t columns,
+                                        size_t rows,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Draws residuals as arrows from where each point was seen; outliers are red rings.
+ *
+ * @param picture   The picture.
+ * @param uv        n x 2 numbers: where the points were seen, pixels.
+ * @param residuals n x 2 numbers, pixels; they may be infinite: those are left out.
+ * @param inliers   n numbers: 0 for outliers; may be NULL: there are none.
+ * @param n         Number of points.
+ * @param scale     How much longer than the residuals the arrows are.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_picture_draw_residuals(ptzcal_picture *picture,
+                                            const double *uv,
+                                            const double *residuals,
+                                            const uint8_t *inliers,
+                                            size_t n,
+                                            double scale,
+                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Draws pairs of points of two pictures that stand side by side (ptzcal_picture_beside): kept ones are
+ * joined by a line, the others are red rings.
+ *
+ * @param picture The picture.
+ * @param left    n x 2 numbers, pixels of the left picture.
+ * @param right   n x 2 numbers, pixels of the right picture.
+ * @param kept    n numbers: 0 for pairs that are not kept; may be NULL: all are.
+ * @param n       Number of pairs.
+ * @param offset  Width of the left picture, pixels.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_picture_draw_matches(ptzcal_picture *picture,
+                                          const double *left,
+                                          const double *right,
+                                          const uint8_t *kept,
+                                          size_t n,
+                                          double offset,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Depth maps
+ *
+ * For every pixel of a camera the depth along its optical axis, as depth cameras give it, registered
+ * to their colour image. The map is a copy: the caller's memory is free after the call.
+ * ============================================================================================= */
+
+/** Depths of an image's pixels. Immutable: any number of threads may read it. */
+typedef struct ptzcal_depth_map ptzcal_depth_map;
+
+/**
+ * Makes a depth map of 16-bit values, as most depth cameras give; 0 is no depth.
+ *
+ * @param values Rows from the top, `stride` values apart.
+ * @param width  Pixels.
+ * @param height Pixels.
+ * @param stride Values from a row to the next, at least `width`.
+ * @param metres Metres per unit: 0.001 for millimetres.
+ * @param map    Receives the map; free it with ptzcal_depth_map_free.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_depth_map_new_u16(const uint16_t *values,
+                                       uint32_t width,
+                                       uint32_t height,
+                                       size_t stride,
+                                       double metres,
+                                       ptzcal_depth_map **map,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes a depth map of floats; what is not a positive number (0, negative, NaN, infinite) is no depth.
+ *
+ * @param values Rows from the top, `stride` values apart.
+ * @param width  Pixels.
+ * @param height Pixels.
+ * @param stride Values from a row to the next, at least `width`.
+ * @param metres Metres per unit: 1 for metres.
+ * @param map    Receives the map; free it with ptzcal_depth_map_free.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE for `metres`.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_depth_map_new_f32(const float *values,
+                                       uint32_t width,
+                                       uint32_t height,
+                                       size_t stride,
+                                       double metres,
+                                       ptzcal_depth_map **map,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Reads a depth map: a PNG or PGM with one channel of 16 bits; 0 is no depth.
+ *
+ * @param path   The file.
+ * @param metres Metres per unit: 0.001 for millimetres.
+ * @param map    Receives the map; free it with ptzcal_depth_map_free.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_FILE_FORMAT;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_depth_map_read(const char *path,
+                                    double metres,
+                                    ptzcal_depth_map **map,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a depth map.
+ *
+ * @param map The map; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_depth_map_free(ptzcal_depth_map *map) PTZCAL_NOEXCEPT;
+
+/**
+ * Size of a depth map and how many of its pixels have a depth.
+ *
+ * @param map    The map.
+ * @param width  Receives the width, pixels; may be NULL.
+ * @param height Receives the height, pixels; may be NULL.
+ * @param known  Receives the number of pixels with a depth; may be NULL.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_depth_map_size(const ptzcal_depth_map *map,
+                                    uint32_t *width,
+                                    uint32_t *height,
+                                    size_t *known,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
  * Cameras
  *
  * A calibrated camera is plain data: fill it in yourself or take it from a calibration. A world
@@ -1388,6 +1725,327 @@ ptzcal_status ptzcal_match_sift(const ptzcal_sift_features *a,
                                 size_t capacity,
                                 size_t *count,
                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Detecting edges and straight lines
+ *
+ * Edges are pixels where the light changes fastest (Canny), to a fraction of a pixel. Line segments are
+ * straight edges, to a few hundredths of a pixel, each with its covariance: what
+ * ptzcal_correspondences_add_lines takes as `uv` and `uv_covariance`.
+ *
+ * A segment's `uv` are two points on it whose errors across it are independent, one radius of gyration
+ * from its middle. Together they say all that is known of the line; on a line that a lens bends evenly
+ * they still lie on it, which its ends do not. On the way from the first to the second the bright side
+ * is on the right.
+ * ============================================================================================= */
+
+/** Which line segments are looked for. */
+typedef struct ptzcal_line_options {
+  /** Set by ptzcal_line_options_init. */
+  uint32_t struct_size;
+  /** Most segments that are returned, the longest first: 1 or more; the default is 10000. */
+  uint32_t max_segments;
+  /** Least length, pixels: 8 or more; the default is 20. */
+  double min_length;
+  /**
+   * Least step from dark to bright, grey levels: above 0 to 255; the default is 12. Where the image's
+   * noise asks for more, more is demanded.
+   */
+  double min_contrast;
+  /**
+   * Longest gap between two pieces of one line that are joined, pixels; the default is 40. It is never
+   * longer than the shorter piece. 0: nothing is joined.
+   */
+  double max_gap;
+} ptzcal_line_options;
+
+/**
+ * Sets up options with their defaults.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_line_options_init(ptzcal_line_options *options,
+                                       size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds edges: Canny's maxima of the gradient, row by row.
+ *
+ * @param image    The image; of colours their luma is used.
+ * @param sigma    Standard deviation of the Gaussian that smooths the image first, pixels, at most 10;
+ *                 0: a 3 x 3 binomial filter (0.71 pixels), which is faster.
+ * @param low      Gradient from which on an edge goes on, grey levels per pixel of the smoothed image,
+ *                 above 0.
+ * @param high     Gradient that an edge must reach somewhere, `low` or more.
+ * @param edges    Receives 5 numbers an edge pixel: x and y, pixels; the unit vector across the edge
+ *                 towards its bright side, x and y; the gradient.
+ * @param capacity Number of edge pixels that the array holds.
+ * @param count    Receives their number, also when the capacity is too small.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL for the capacity (nothing was written), or
+ *         when a plane's size cannot hold the image; PTZCAL_STATUS_INVALID_ARGUMENT for impossible
+ *         numbers, a malformed image and one of more than 2^28 pixels; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_detect_edges(const ptzcal_image *image,
+                                  double sigma,
+                                  double low,
+                                  double high,
+                                  double *edges,
+                                  size_t capacity,
+                                  size_t *count,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds straight line segments, the longest first. In an image of nothing but white noise there is
+ * about one at most.
+ *
+ * A line that a lens bends is one segment while it leaves a straight line by a pixel or so, and several
+ * otherwise. What is needed besides the image is a byte a pixel.
+ *
+ * @param image         The image; of colours their luma is used.
+ * @param options       The options; may be NULL: the defaults.
+ * @param uv            Receives n x 4 numbers: two points of each line with independent errors, pixels.
+ * @param uv_covariance Receives n x 6 numbers: xx, xy, yy of each point, px^2: that across the line, in
+ *                      all directions; may be NULL.
+ * @param ends          Receives n x 4 numbers: from where to where the line is seen, pixels, to a pixel or
+ *                      two; may be NULL.
+ * @param details       Receives n x 3 numbers: the step from dark to bright, grey levels; standard
+ *                      deviation of the edge's blur, pixels; length less gaps, pixels; may be NULL.
+ * @param capacity      Number of segments that the arrays hold; the options' max_segments is always
+ *                      enough.
+ * @param count         Receives the number n of segments, also when the capacity is too small.
+ * @param error         Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL for the capacity (nothing was written), or
+ *         when a plane's size cannot hold the image; PTZCAL_STATUS_INVALID_ARGUMENT for options out of
+ *         range, a malformed image and one of more than 2^28 pixels; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_detect_line_segments(const ptzcal_image *image,
+                                          const ptzcal_line_options *options,
+                                          double *uv,
+                                          double *uv_covariance,
+                                          double *ends,
+                                          double *details,
+                                          size_t capacity,
+                                          size_t *count,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Lines in space
+ *
+ * Straight lines through points of a cloud, or where an image with depths shows line segments, and which
+ * of them is which segment of a camera's image.
+ * Lines have the form that ptzcal_correspondences_add_directed_lines takes.
+ * ============================================================================================= */
+
+/** How a line is fitted to points. */
+typedef struct ptzcal_line_fit_options {
+  /** Set by ptzcal_line_fit_options_init. */
+  uint32_t struct_size;
+  /** 1 (the default): outliers are found and set aside, from five points on. 0: all points are used. */
+  uint32_t robust;
+  /** Seed of the search for outliers; the default is 1. */
+  uint64_t seed;
+  /** Standard deviation of every coordinate of points without covariance, metres; the default is 0.01. */
+  double sigma;
+  /** Outliers lie beyond this many standard deviations; the default is 3.7. */
+  double outlier_threshold;
+  /** Least share of the points that must agree, 0 to 1; the default is 0.3. */
+  double min_inliers;
+} ptzcal_line_fit_options;
+
+/** Which line in space is which segment. */
+typedef struct ptzcal_line_match_options {
+  /** Set by ptzcal_line_match_options_init. */
+  uint32_t struct_size;
+  /**
+   * 1 (the default): the bright side must be on the same hand. Both cameras must then see the same
+   * surfaces on both sides of a line, and directions of lines in space be those of segments that they
+   * were made from. 0: either.
+   */
+  uint32_t same_polarity;
+  /** Standard deviation of the camera's projections, pixels; the default is 2. */
+  double camera_sigma;
+  /** Greatest distance of segment and line, in standard deviations; the default is 3. */
+  double max_distance;
+  /**
+   * By how much the next candidate's squared distance, in standard deviations, must be greater; the
+   * default is 9.
+   */
+  double min_lead;
+  /**
+   * Least share of the shorter one that segment and line's image have in common, 0 to 1; the default is
+   * 0.5.
+   */
+  double min_overlap;
+} ptzcal_line_match_options;
+
+/**
+ * Sets up options with their defaults.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_line_fit_options_init(ptzcal_line_fit_options *options,
+                                           size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Fits a straight line to points in space, of which some may be of other things: consensus of minimal
+ * samples (RANSAC), then maximum likelihood. Of several lines the one that most points agree with is
+ * taken. Points of a depth image need their covariances: along the ray their errors grow with the square
+ * of the depth. Pixels without depth must be left out.
+ *
+ * @param xyz             n x 3 numbers: points, metres.
+ * @param xyz_covariance  n x 9 numbers: of each point, row-major, positive definite, m^2; may be NULL: the
+ *                        options' sigma.
+ * @param n               Number of points, 2 or more.
+ * @param options         The options; may be NULL: the defaults.
+ * @param point_direction Receives 6 numbers: a point of the line in the middle of the inliers, and its
+ *                        unit direction.
+ * @param line_covariance Receives 36 numbers: of point and direction together, row-major; may be NULL.
+ *                        Larger than the stated noise makes it where the residuals contradict that
+ *                        (1 in 1000).
+ * @param extent          Receives 2 numbers: the first and last inlier's distance from the point along the
+ *                        direction, metres; may be NULL.
+ * @param inliers         Receives n numbers: 1 for points that agree, else 0; may be NULL.
+ * @param noise_factor    Receives the root of chi-square over its degrees of freedom, about 1 where the
+ *                        noise is as stated; 0 without redundancy; may be NULL.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NO_CONSENSUS;
+ *         PTZCAL_STATUS_DEGENERATE for points that are in one place as far as their noise tells;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a covariance that is none and options out of range;
+ *         PTZCAL_STATUS_NOT_FINITE (index: the point).
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_fit_line_3d(const double *xyz,
+                                 const double *xyz_covariance,
+                                 size_t n,
+                                 const ptzcal_line_fit_options *options,
+                                 double *point_direction,
+                                 double *line_covariance,
+                                 double *extent,
+                                 uint8_t *inliers,
+                                 double *noise_factor,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds where line segments of an image with depths lie in space: where the surfaces beside them meet
+ * their viewing planes. Where the depth differs from side to side, the line is the edge of what is in
+ * front; it is taken to be an edge of the thing itself, not the outline of a round one.
+ *
+ * @param uv              n x 4 numbers: two points of each segment with independent errors, pixels, as
+ *                        ptzcal_detect_line_segments gives them.
+ * @param uv_covariance   n x 6 numbers: xx, xy, yy of each point, px^2; may be NULL: 1 px, uncorrelated.
+ * @param ends            n x 4 numbers: from where to where each segment is seen, pixels.
+ * @param n               Number of segments.
+ * @param camera          The camera of the image and of the depths. Its pose gives the frame of the lines.
+ * @param map             The depths, of the camera's image size.
+ * @param inverse_depth_sigma Standard deviation of the inverse depths, 1 / metre: 0.0014 for a Kinect.
+ * @param depth_sigma     Standard deviation of the depths besides, metres; not 0 with the other.
+ * @param point_direction Receives n x 6 numbers: a point of each line, metres, and its unit direction, that
+ *                        of its segment; 0 where there is none.
+ * @param line_covariance Receives n x 36 numbers: of point and direction, row-major; may be NULL.
+ * @param extents         Receives n x 2 numbers: from where to where each line is seen: distances from its
+ *                        point along its direction, metres; may be NULL.
+ * @param found           Receives n numbers: 1 for a line, 0 where depths are missing on either side or
+ *                        contradict each other.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for segments without length, a camera or noise
+ *         that are none, and a map of another size; PTZCAL_STATUS_NOT_FINITE (index: the segment).
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_lift_line_segments(const double *uv,
+                                        const double *uv_covariance,
+                                        const double *ends,
+                                        size_t n,
+                                        const ptzcal_camera *camera,
+                                        const ptzcal_depth_map *map,
+                                        double inverse_depth_sigma,
+                                        double depth_sigma,
+                                        double *point_direction,
+                                        double *line_covariance,
+                                        double *extents,
+                                        uint8_t *found,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up options with their defaults.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_line_match_options_init(ptzcal_line_match_options *options,
+                                             size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Matches lines in space with the segments of a camera's image, by a first estimate of the camera. A line
+ * and a segment are matched once at most. What is not certain is not matched: lines with a second
+ * candidate nearly as good have none (but of pieces of one line the longest is taken).
+ *
+ * @param point_direction n_lines x 6 numbers: a point of each line, metres, world frame, and its
+ *                        direction, of any length but zero.
+ * @param line_covariance n_lines x 36 numbers: of point and direction, row-major; may be NULL: the lines
+ *                        are exact.
+ * @param extents         n_lines x 2 numbers: from where to where each line was seen: multiples of its
+ *                        direction from its point.
+ * @param n_lines         Number of lines.
+ * @param camera          The camera.
+ * @param uv              n_segments x 4 numbers: two points of each segment with independent errors,
+ *                        pixels, as ptzcal_detect_line_segments gives them.
+ * @param uv_covariance   n_segments x 6 numbers: xx, xy, yy of each point, px^2; may be NULL: 1 px,
+ *                        uncorrelated. Only what it says across the segment counts.
+ * @param ends            n_segments x 4 numbers: from where to where each segment is seen, pixels.
+ * @param n_segments      Number of segments.
+ * @param options         The options; may be NULL: the defaults.
+ * @param pairs           Receives 2 numbers a match, by ascending line: the indices of line and segment.
+ * @param residuals       Receives 2 numbers a match: distances of the segment's points from the line's
+ *                        image, pixels; may be NULL.
+ * @param capacity        Number of matches that the arrays hold; n_lines is always enough.
+ * @param count           Receives the number of matches, also when the capacity is too small.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: no match was written;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for directions that are zero, segments without length, and
+ *         options or a camera that are none; PTZCAL_STATUS_NOT_FINITE (index: the line or segment).
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_match_lines(const double *point_direction,
+                                 const double *line_covariance,
+                                 const double *extents,
+                                 size_t n_lines,
+                                 const ptzcal_camera *camera,
+                                 const double *uv,
+                                 const double *uv_covariance,
+                                 const double *ends,
+                                 size_t n_segments,
+                                 const ptzcal_line_match_options *options,
+                                 uint32_t *pairs,
+                                 double *residuals,
+                                 size_t capacity,
+                                 size_t *count,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
  * 2D-3D measurements
@@ -2579,651 +3237,222 @@ ptzcal_status ptzcal_laser_calibration_copy_inliers(const ptzcal_laser_calibrati
                                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
- * Rigs over zoom
+ * Calibrating from colour and depth
  *
- * Lens and laser line of a rig at every zoom between those that were calibrated
- * (ptzcal_rig_calibrated_get_curve), with covariances: the focal length by a monotone spline, the
- * principal point and the laser line's image by a smooth one. Zoom is the device's own number, in any
- * unit that grows or falls with the focal length.
+ * A fixed camera from the views of an auxiliary camera with depth, where both see the same textured
+ * things: no laser and no marks are needed. SIFT features of both images are matched, the auxiliary
+ * ones become points by their depth, and those pairs calibrate the fixed camera; then it tells which
+ * straight edges of both images are one, and is calibrated once more from points and lines (thesis,
+ * section IV.B).
+ *
+ * Make a ptzcal_rgbd of the fixed camera's image, add the auxiliary views, and calibrate. The world
+ * is that of the auxiliary cameras' poses.
  * ============================================================================================= */
 
-/** A rig over zoom. Immutable: any number of threads may read it. */
-typedef struct ptzcal_zoom_curve ptzcal_zoom_curve;
+/**
+ * Numbers of a pair of points: the view, x and y in its image, x and y in the fixed camera's (pixels),
+ * and the point in the world (metres).
+ */
+#define PTZCAL_RGBD_PAIR_SIZE 8
 
 /**
- * Frees a curve.
- *
- * @param curve The curve; may be NULL: nothing happens.
- *
- * Threads: exclusive.
- * Since 0.1.0.
+ * Numbers of a pair of lines: the view, x and y of both ends in its image, x and y of both ends in the
+ * fixed camera's (pixels), and of the line in the world a point (metres) and its direction (length 1).
  */
-void ptzcal_zoom_curve_free(ptzcal_zoom_curve *curve) PTZCAL_NOEXCEPT;
+#define PTZCAL_RGBD_LINE_SIZE 15
 
-/**
- * The rig at a zoom; axes through the camera's centre, true encoders.
- *
- * @param curve      The curve.
- * @param zoom       Within the curve's range; of a single calibrated position: that position.
- * @param model      Receives the rig model; set up by ptzcal_rig_model_init.
- * @param covariance Receives 49 numbers, 7 x 7: as in ptzcal_laser_line, with the interpolation's own error;
- *                   may be NULL.
- * @param error      Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (outside the range);
- *         PTZCAL_STATUS_LENS_NOT_MONOTONE (the interpolated lens folds inside the image).
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_zoom_curve_get_rig_model(const ptzcal_zoom_curve *curve,
-                                              double zoom,
-                                              ptzcal_rig_model *model,
-                                              double *covariance,
-                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+/** A fixed camera's image and what auxiliary views share with it. */
+typedef struct ptzcal_rgbd ptzcal_rgbd;
 
-/**
- * The zooms that a curve answers for.
- *
- * @param curve The curve.
- * @param low   Receives the least.
- * @param high  Receives the greatest.
- * @param error Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK.
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_zoom_curve_get_range(const ptzcal_zoom_curve *curve,
-                                          double *low,
-                                          double *high,
-                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Writes a curve as JSON, every number to its last bit.
- *
- * @param curve The curve.
- * @param path  The file.
- * @param error Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO.
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_zoom_curve_save(const ptzcal_zoom_curve *curve,
-                                     const char *path,
-                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Reads a curve from a file of ptzcal_zoom_curve_save.
- *
- * @param path  The file.
- * @param curve Receives the curve; free it with ptzcal_zoom_curve_free.
- * @param error Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_FILE_FORMAT (the message names the key
- *         or the line); PTZCAL_STATUS_FILE_VERSION.
- *
- * Threads: free.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_zoom_curve_load(const char *path,
-                                     ptzcal_zoom_curve **curve,
-                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/* ================================================================================================
- * A calibrated rig
- *
- * What became of every zoom position and of every view: nothing that was measured is lost because
- * something else failed. Zoom positions are numbered from 0, ascending; views as they were added.
- * ============================================================================================= */
-
-/** A calibrated rig. Immutable: any number of threads may read it. */
-typedef struct ptzcal_rig_calibrated ptzcal_rig_calibrated;
-
-/** What became of a zoom position. */
-typedef struct ptzcal_zoom_position {
-  /** Set by ptzcal_zoom_position_init. */
+/** How pairs are found. */
+typedef struct ptzcal_rgbd_options {
+  /** Set by ptzcal_rgbd_options_init. */
   uint32_t struct_size;
-  /** A ptzcal_status: PTZCAL_STATUS_OK when lens and poses were found. */
-  int32_t status;
-  /** A ptzcal_status: PTZCAL_STATUS_OK when the laser's line was found from this position's views. */
-  int32_t laser_status;
-  /** 1 when there is a rig model: a lens, and a line of its own or from the other positions. */
-  uint32_t has_model;
-  /** Views at this position, and how many of them were used. */
-  uint32_t views;
-  /** Views used for the lens. */
-  uint32_t views_used;
-  /** Spots used. */
-  uint32_t spots_used;
-  /** 0. */
-  uint32_t reserved;
-  /** The device's number of the position. */
-  double zoom;
-  /** Root mean square length of the used corners' residuals, pixels. */
-  double rms;
-} ptzcal_zoom_position;
-
-/** The laser's line as all zoom positions see it. */
-typedef struct ptzcal_common_line {
-  /** Set by ptzcal_common_line_init. */
-  uint32_t struct_size;
+  /** Least number of pairs that agree with the camera, 6 or more. */
+  uint32_t min_pairs;
   /**
-   * 1 when the positions' lines are one line (a chance of 1 in 1000 or more); else every position keeps
-   * its own.
+   * 1: once more with those pairs of features that look less distinct but lie where a first camera
+   * expects them; 0: no.
    */
-  uint32_t agrees;
-  /** Zoom positions that saw the spot. */
-  uint32_t positions;
-  /** Degrees of freedom of chi2. */
-  uint32_t degrees_of_freedom;
-  /** In the camera's frame at the first of them. Metres. */
-  double x0;
-  /** Metres. */
-  double y0;
-  /** Slope, metres per metre of depth. */
-  double vx;
-  /** Slope, metres per metre of depth. */
-  double vy;
-  /** 4 x 4, row-major: of x0, y0, vx, vy. */
-  double covariance[16];
-  /** Disagreement of the positions' own lines. */
-  double chi2;
-  /** Chance of such a disagreement or a larger one. */
-  double probability;
-  /** When they do not agree: the position without which the others agree best; NaN when nobody can tell. */
-  double odd_zoom;
-} ptzcal_common_line;
+  uint32_t guided;
+  /** 1: with the straight edges that both images show; 0: with points alone. */
+  uint32_t lines;
+  /** Least contrast of a SIFT feature, above 0 to 1. */
+  double contrast_threshold;
+  /** Greatest ratio of a feature's principal curvatures, above 1. */
+  double edge_ratio;
+  /** Greatest ratio of the distances to the nearest and the second nearest feature, above 0 to 1. */
+  double max_ratio;
+  /**
+   * Standard deviation of inverse depths, 1/m: for cameras that triangulate. 0.001425 is a Kinect's of
+   * the first kind.
+   */
+  double inverse_depth_sigma;
+  /** Standard deviation of depths besides, metres: for cameras that measure time of flight. */
+  double depth_sigma;
+  /**
+   * Standard deviation of a feature's place, across its elongation, in pixels; 0: estimated from the
+   * residuals.
+   */
+  double keypoint_sigma;
+} ptzcal_rgbd_options;
 
-/**
- * Frees a calibrated rig.
- *
- * @param calibrated The calibrated rig; may be NULL: nothing happens.
- *
- * Threads: exclusive.
- * Since 0.1.0.
- */
-void ptzcal_rig_calibrated_free(ptzcal_rig_calibrated *calibrated) PTZCAL_NOEXCEPT;
-
-/**
- * How many zoom positions and views there are.
- *
- * @param calibrated The calibrated rig.
- * @param positions  Receives the number of zoom positions.
- * @param views      Receives the number of views.
- * @param error      Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK.
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_rig_calibrated_count(const ptzcal_rig_calibrated *calibrated,
-                                          uint32_t *positions,
-                                          uint32_t *views,
-                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Sets up a zoom position: everything 0.
- *
- * @param position The struct.
- * @param size     sizeof *position.
- * @return PTZCAL_STATUS_OK.
- *
- * Threads: free.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_zoom_position_init(ptzcal_zoom_position *position,
-                                        size_t size) PTZCAL_NOEXCEPT;
-
-/**
- * What became of a zoom position.
- *
- * @param calibrated The calibrated rig.
- * @param index      The zoom position.
- * @param position   Receives it; set up by ptzcal_zoom_position_init.
- * @param error      Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (no such number).
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_rig_calibrated_get_position(const ptzcal_rig_calibrated *calibrated,
-                                                 uint32_t index,
-                                                 ptzcal_zoom_position *position,
-                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Why there is no lens at a zoom position, one line of English UTF-8. The wording may change in any version; decide by the status.
- *
- * @param calibrated The calibrated rig; may be NULL.
- * @param index      The zoom position.
- * @return A string that lives as long as the calibrated rig; "" when there is no reason, no such number and
- *         for NULL; never NULL.
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-const char *ptzcal_rig_calibrated_position_reason(const ptzcal_rig_calibrated *calibrated,
-                                                  uint32_t index) PTZCAL_NOEXCEPT;
-
-/**
- * Why a zoom position has no laser line of its own, one line of English UTF-8. The wording may change in any version; decide by the status.
- *
- * @param calibrated The calibrated rig; may be NULL.
- * @param index      The zoom position.
- * @return A string that lives as long as the calibrated rig; "" when there is no reason, no such number and
- *         for NULL; never NULL.
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-const char *ptzcal_rig_calibrated_laser_reason(const ptzcal_rig_calibrated *calibrated,
-                                               uint32_t index) PTZCAL_NOEXCEPT;
-
-/**
- * The rig at a zoom position; axes through the camera's centre, true encoders. Its laser line is the one
- * that all positions share, if they do.
- *
- * @param calibrated The calibrated rig.
- * @param index      The zoom position.
- * @param model      Receives the rig model; set up by ptzcal_rig_model_init.
- * @param covariance Receives 49 numbers, 7 x 7: as in ptzcal_laser_line; may be NULL.
- * @param error      Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (no such number); why there is no lens, or no laser line.
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_rig_calibrated_get_rig_model(const ptzcal_rig_calibrated *calibrated,
-                                                  uint32_t index,
-                                                  ptzcal_rig_model *model,
-                                                  double *covariance,
-                                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Lens and poses of a zoom position, from its own views alone.
- *
- * @param calibrated The calibrated rig.
- * @param index      The zoom position.
- * @param boards     Receives a calibration of its own; free it with ptzcal_board_calibration_free.
- * @param error      Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (no such number); why there is none.
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_rig_calibrated_copy_boards(const ptzcal_rig_calibrated *calibrated,
-                                                uint32_t index,
-                                                ptzcal_board_calibration **boards,
-                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Lens, poses and laser line of a zoom position, from its own views alone.
- *
- * @param calibrated The calibrated rig.
- * @param index      The zoom position.
- * @param laser      Receives a calibration of its own; free it with ptzcal_laser_calibration_free.
- * @param error      Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (no such number); why there is none.
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_rig_calibrated_copy_laser(const ptzcal_rig_calibrated *calibrated,
-                                               uint32_t index,
-                                               ptzcal_laser_calibration **laser,
-                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Sets up a line: everything 0.
- *
- * @param line The struct.
- * @param size sizeof *line.
- * @return PTZCAL_STATUS_OK.
- *
- * Threads: free.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_common_line_init(ptzcal_common_line *line, size_t size) PTZCAL_NOEXCEPT;
-
-/**
- * The laser's line as all zoom positions see it, and whether they agree.
- *
- * @param calibrated The calibrated rig.
- * @param line       Receives the line; set up by ptzcal_common_line_init.
- * @param error      Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FOUND (fewer than two zoom positions saw the spot).
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_rig_calibrated_get_common_line(const ptzcal_rig_calibrated *calibrated,
-                                                    ptzcal_common_line *line,
-                                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * The rig over zoom, from all positions that have a rig model.
- *
- * @param calibrated The calibrated rig.
- * @param curve      Receives a curve of its own; free it with ptzcal_zoom_curve_free.
- * @param error      Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS (no position has a rig model);
- *         PTZCAL_STATUS_INVALID_ARGUMENT (the focal length does not grow or fall from position to position:
- *         the message names two).
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_rig_calibrated_get_curve(const ptzcal_rig_calibrated *calibrated,
-                                              ptzcal_zoom_curve **curve,
-                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/* ================================================================================================
- * Views of a calibrated rig
- *
- * What became of each picture: its corners, their residuals, the board's pose, the spot, and the
- * reason where something was not used.
- * ============================================================================================= */
-
-/** What became of a view. */
-typedef struct ptzcal_rig_view {
-  /** Set by ptzcal_rig_view_init. */
+/** What an auxiliary view has to offer. */
+typedef struct ptzcal_rgbd_view {
+  /** Set by ptzcal_rgbd_view_init. */
   uint32_t struct_size;
-  /** A ptzcal_status: PTZCAL_STATUS_OK when the view was used; ptzcal_rig_calibrated_view_reason says why not. */
-  int32_t status;
-  /** A ptzcal_status: PTZCAL_STATUS_OK when its spot was used, or there is no picture with the laser on. */
-  int32_t spot_status;
-  /** 1 when a spot was seen. */
-  uint32_t has_spot;
-  /** 1 when the board's pose is known. */
-  uint32_t has_pose;
-  /** 0. */
-  uint32_t reserved;
-  /** Corners found. */
-  uint64_t corners;
-  /** Corners used. */
-  uint64_t inliers;
-  /** The device's number of the zoom position. */
-  double zoom;
-  /** Root mean square length of the used corners' residuals, pixels. */
-  double rms;
-  /** The spot's pixel. */
-  double spot[2];
-  /** Measured minus predicted, pixels; 0 where none is predicted. */
-  double spot_residual[2];
-  /** R, row-major: board axes to camera axes. The board's plane is R's third column through t. */
-  double rotation[9];
-  /** t: the middle of the board's corners in the camera frame, metres. */
-  double translation[3];
-} ptzcal_rig_view;
+  /** Features of its image. */
+  uint32_t features;
+  /** Of them, those that have a depth. */
+  uint32_t with_depth;
+  /** Features that look like one of the fixed camera's image. */
+  uint32_t matches;
+  /** Of these, those that have a depth. */
+  uint32_t pairs;
+  /** Straight edges of its image that have a depth. */
+  uint32_t lines;
+} ptzcal_rgbd_view;
 
 /**
- * Sets up a view: no turn, everything else 0.
+ * Sets up options with their defaults.
  *
- * @param rig_view The struct.
- * @param size     sizeof *rig_view.
+ * @param options The struct.
+ * @param size    sizeof *options.
  * @return PTZCAL_STATUS_OK.
  *
  * Threads: free.
  * Since 0.1.0.
  */
-ptzcal_status ptzcal_rig_view_init(ptzcal_rig_view *rig_view, size_t size) PTZCAL_NOEXCEPT;
+ptzcal_status ptzcal_rgbd_options_init(ptzcal_rgbd_options *options,
+                                       size_t size) PTZCAL_NOEXCEPT;
 
 /**
- * What became of a view.
+ * Sets up a view's counts: everything 0.
  *
- * @param calibrated The calibrated rig.
- * @param view       The view.
- * @param rig_view   Receives it; set up by ptzcal_rig_view_init.
- * @param error      Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (no such number).
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_rig_calibrated_get_view(const ptzcal_rig_calibrated *calibrated,
-                                             uint32_t view,
-                                             ptzcal_rig_view *rig_view,
-                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Why a view was not used, one line of English UTF-8. The wording may change in any version; decide by the status.
- *
- * @param calibrated The calibrated rig; may be NULL.
- * @param view       The view.
- * @return A string that lives as long as the calibrated rig; "" when there is no reason, no such number and
- *         for NULL; never NULL.
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-const char *ptzcal_rig_calibrated_view_reason(const ptzcal_rig_calibrated *calibrated,
-                                              uint32_t view) PTZCAL_NOEXCEPT;
-
-/**
- * Why a view's spot was not used, one line of English UTF-8. The wording may change in any version; decide by the status.
- *
- * @param calibrated The calibrated rig; may be NULL.
- * @param view       The view.
- * @return A string that lives as long as the calibrated rig; "" when there is no reason, no such number and
- *         for NULL; never NULL.
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-const char *ptzcal_rig_calibrated_spot_reason(const ptzcal_rig_calibrated *calibrated,
-                                              uint32_t view) PTZCAL_NOEXCEPT;
-
-/**
- * The corners of a view, for tables and pictures.
- *
- * @param calibrated The calibrated rig.
- * @param view       The view.
- * @param board_xy   Receives n x 2 numbers: places on the board, metres; may be NULL.
- * @param uv         Receives n x 2 numbers: their pixels; may be NULL.
- * @param residuals  Receives n x 2 numbers: measured minus predicted, px; infinite where none is predicted; may be NULL.
- * @param inliers    Receives n numbers: 1 for a corner that was used; may be NULL.
- * @param capacity   How many corners each array holds.
- * @param needed     Receives n, also when it is more than the capacity; may be NULL.
- * @param error      Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (no such view); PTZCAL_STATUS_BUFFER_TOO_SMALL.
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_rig_calibrated_copy_corners(const ptzcal_rig_calibrated *calibrated,
-                                                 uint32_t view,
-                                                 double *board_xy,
-                                                 double *uv,
-                                                 double *residuals,
-                                                 uint8_t *inliers,
-                                                 size_t capacity,
-                                                 size_t *needed,
-                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/* ================================================================================================
- * Calibrating a rig from pictures
- *
- * The whole way from pictures of a chessboard to a rig: the board held in different ways 1 to 5 m
- * away, tilted by 20 to 40 degrees this way and that, near and far; of each place one picture with
- * the laser off and one with it on; for one zoom position, or for several. Views in which nothing is
- * found keep the reason and cost nothing else; a zoom position that stays open costs none of the
- * others. Without pictures with the laser on, the lens alone is calibrated. Views are numbered from 0
- * in the order of adding.
- * ============================================================================================= */
-
-/** Views of chessboards by the camera of a rig. */
-typedef struct ptzcal_rig_calibration ptzcal_rig_calibration;
-
-/**
- * Makes an empty set of views. The options are copied.
- *
- * @param columns     Inner corners in a row of the board, 3 to 128.
- * @param rows        Inner corners in a column, 3 to 128. With one even and one odd number boards cannot be
- *                    mistaken for turned ones.
- * @param square      Side of a square, metres.
- * @param options     Lens model and how it is fitted, without a fixed lens; may be NULL: the defaults.
- * @param spot        The search for the spot, which is looked for on the board only; may be NULL: the
- *                    defaults.
- * @param calibration Receives the set; free it with ptzcal_rig_calibration_free.
- * @param error       Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (a board that cannot be, a fixed lens, options
- *         out of range); PTZCAL_STATUS_NOT_FINITE.
+ * @param view The struct.
+ * @param size sizeof *view.
+ * @return PTZCAL_STATUS_OK.
  *
  * Threads: free.
  * Since 0.1.0.
  */
-ptzcal_status ptzcal_rig_calibration_new(uint32_t columns,
-                                         uint32_t rows,
-                                         double square,
-                                         const ptzcal_calibration_options *options,
-                                         const ptzcal_spot_options *spot,
-                                         ptzcal_rig_calibration **calibration,
-                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+ptzcal_status ptzcal_rgbd_view_init(ptzcal_rgbd_view *view, size_t size) PTZCAL_NOEXCEPT;
 
 /**
- * Frees a set of views. What was calibrated from it lives on.
+ * Begins with the fixed camera's image.
  *
- * @param calibration The set; may be NULL: nothing happens.
+ * @param fixed   The image; it is not needed after the call.
+ * @param options The options; may be NULL: the defaults.
+ * @param rgbd    Receives the handle; free it with ptzcal_rgbd_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for options out of range and for a malformed
+ *         or too small image; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rgbd_new(const ptzcal_image *fixed,
+                              const ptzcal_rgbd_options *options,
+                              ptzcal_rgbd **rgbd,
+                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees it.
+ *
+ * @param rgbd The handle; may be NULL: nothing happens.
  *
  * Threads: exclusive.
  * Since 0.1.0.
  */
-void ptzcal_rig_calibration_free(ptzcal_rig_calibration *calibration) PTZCAL_NOEXCEPT;
+void ptzcal_rgbd_free(ptzcal_rgbd *rgbd) PTZCAL_NOEXCEPT;
 
 /**
- * The board of the views that are added from now on: near, or at a long focal length, a smaller one
- * fits into the image.
+ * Adds a view of an auxiliary camera. A view without texture or depth adds nothing; its counts say so.
  *
- * @param calibration The set.
- * @param columns     Inner corners in a row, 3 to 128.
- * @param rows        Inner corners in a column, 3 to 128.
- * @param square      Side of a square, metres.
- * @param error       Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
+ * @param rgbd   The handle.
+ * @param colour The auxiliary camera's image; it is not needed after the call.
+ * @param depth  The depth of each of its pixels.
+ * @param camera The auxiliary camera, of the image's size; its pose says what the world is.
+ * @param counts Receives what the view has to offer; may be NULL.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for another size and for a malformed image or
+ *         camera; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_BUSY.
  *
  * Threads: exclusive.
  * Since 0.1.0.
  */
-ptzcal_status ptzcal_rig_calibration_set_board(ptzcal_rig_calibration *calibration,
-                                               uint32_t columns,
-                                               uint32_t rows,
-                                               double square,
-                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+ptzcal_status ptzcal_rgbd_add_view(ptzcal_rgbd *rgbd,
+                                   const ptzcal_image *colour,
+                                   const ptzcal_depth_map *depth,
+                                   const ptzcal_camera *camera,
+                                   ptzcal_rgbd_view *counts,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
- * Whether the zoom positions share one laser line. They do by default: the laser is fixed to the
- * camera, and zooming moves the camera's centre along its axis only. The data are asked: where they
- * contradict it, every position keeps its own line.
+ * Calibrates the fixed camera from all views added so far. Views may be added later and the camera
+ * calibrated again.
  *
- * @param calibration The set.
- * @param share       0: every position keeps its own line; else they share one.
- * @param pupil_sigma How far the camera's centre moves with the zoom: a standard deviation in metres; 0.05 by
- *                    default.
- * @param error       Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (negative); PTZCAL_STATUS_BUSY.
+ * The calibration's residuals and inliers are those of the pairs that ptzcal_rgbd_copy_pairs gives, in
+ * their order, and then of the lines of ptzcal_rgbd_copy_lines.
  *
- * Threads: exclusive.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_rig_calibration_set_common_line(ptzcal_rig_calibration *calibration,
-                                                     int32_t share,
-                                                     double pupil_sigma,
-                                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Adds a picture of the board with the laser off and one with it on, the head at rest. That nothing
- * is found in them is no error: the view keeps the reason (ptzcal_rig_calibrated_view_reason).
- *
- * @param calibration The set.
- * @param zoom        The device's own number of the zoom position, in any unit that grows or falls with
- *                    the focal length; views of one position have the same number.
- * @param off         With the laser off.
- * @param on          The same with the laser on; may be NULL: this view is for the lens only.
- * @param view        Receives the view's number; may be NULL.
- * @param error       Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (a malformed image, or one of another size than
- *         those before); PTZCAL_STATUS_BUFFER_TOO_SMALL (a plane's size cannot hold the image);
+ * @param rgbd    The handle.
+ * @param options The options; may be NULL: the defaults.
+ * @param result  Receives the calibration; free it with ptzcal_calibration_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS where the images have too little in common
+ *         (the message says what there is); PTZCAL_STATUS_DEGENERATE; PTZCAL_STATUS_NO_CONSENSUS;
+ *         PTZCAL_STATUS_NO_CONVERGENCE; PTZCAL_STATUS_LENS_NOT_MONOTONE; PTZCAL_STATUS_CANCELLED;
  *         PTZCAL_STATUS_BUSY.
  *
  * Threads: exclusive.
  * Since 0.1.0.
  */
-ptzcal_status ptzcal_rig_calibration_add_images(ptzcal_rig_calibration *calibration,
-                                                double zoom,
-                                                const ptzcal_image *off,
-                                                const ptzcal_image *on,
-                                                uint32_t *view,
-                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+ptzcal_status ptzcal_rgbd_calibrate(ptzcal_rgbd *rgbd,
+                                    const ptzcal_calibration_options *options,
+                                    ptzcal_calibration **result,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
- * Adds corners that were found elsewhere.
+ * Copies the pairs of points of the last calibration, PTZCAL_RGBD_PAIR_SIZE numbers each.
  *
- * @param calibration   The set.
- * @param zoom          As for ptzcal_rig_calibration_add_images.
- * @param image_width   Pixels; the same for all views.
- * @param image_height  Pixels; the same for all views.
- * @param board_xy      n x 2 numbers: places on the board, metres.
- * @param uv            n x 2 numbers: their pixels.
- * @param uv_covariance n x 3 numbers: xx, xy, yy of each pixel, positive definite, px^2; may be NULL: the
- *                      common noise that the options state, or that the residuals show.
- * @param n             Number of corners, 4 or more.
- * @param view          Receives the view's number; may be NULL.
- * @param error         Receives the error; may be NULL.
- * @return What ptzcal_boards_add_view returns; PTZCAL_STATUS_INVALID_ARGUMENT also for an image of another
- *         size than those before.
- *
- * Threads: exclusive.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_rig_calibration_add_corners(ptzcal_rig_calibration *calibration,
-                                                 double zoom,
-                                                 uint32_t image_width,
-                                                 uint32_t image_height,
-                                                 const double *board_xy,
-                                                 const double *uv,
-                                                 const double *uv_covariance,
-                                                 size_t n,
-                                                 uint32_t *view,
-                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Sets where the laser's spot on the board of a view was seen; replaces what was found.
- *
- * @param calibration   The set.
- * @param view          The view; a board was found in it.
- * @param uv            2 numbers: the spot's pixel.
- * @param uv_covariance 3 numbers: xx, xy, yy, positive definite, px^2; may be NULL: the common noise of
- *                      the corners.
- * @param error         Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (no such view, no board in it, a covariance
- *         that is none); PTZCAL_STATUS_BUSY.
- *
- * Threads: exclusive.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_rig_calibration_set_spot(ptzcal_rig_calibration *calibration,
-                                              uint32_t view,
-                                              const double *uv,
-                                              const double *uv_covariance,
-                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Calibrates every zoom position: lens, laser line and all board poses by maximum likelihood
- * together, then one laser line for all positions. What fails at a position is said there
- * (ptzcal_rig_calibrated_get_position).
- *
- * @param calibration The set.
- * @param calibrated  Receives the answer; free it with ptzcal_rig_calibrated_free.
- * @param error       Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS (no views); PTZCAL_STATUS_CANCELLED (the options'
- *         token); PTZCAL_STATUS_BUSY.
+ * @param rgbd     The handle.
+ * @param pairs    Receives view, auxiliary x, y, fixed x, y, world X, Y, Z of each; may be NULL when
+ *                 `capacity` is 0.
+ * @param capacity Numbers that the buffer holds.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BAD_STATE before the first
+ *         calibration; PTZCAL_STATUS_BUSY.
  *
  * Threads: shared.
  * Since 0.1.0.
  */
-ptzcal_status ptzcal_rig_calibration_solve(const ptzcal_rig_calibration *calibration,
-                                           ptzcal_rig_calibrated **calibrated,
-                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+ptzcal_status ptzcal_rgbd_copy_pairs(const ptzcal_rgbd *rgbd,
+                                     double *pairs,
+                                     size_t capacity,
+                                     size_t *needed,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the pairs of lines of the last calibration, PTZCAL_RGBD_LINE_SIZE numbers each.
+ *
+ * @param rgbd     The handle.
+ * @param lines    Receives view, auxiliary x0, y0, x1, y1, fixed x0, y0, x1, y1, point X, Y, Z, direction
+ *                 X, Y, Z of each; may be NULL when `capacity` is 0.
+ * @param capacity Numbers that the buffer holds.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BAD_STATE before the first
+ *         calibration; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rgbd_copy_lines(const ptzcal_rgbd *rgbd,
+                                     double *lines,
+                                     size_t capacity,
+                                     size_t *needed,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
  * Planes and roof edges

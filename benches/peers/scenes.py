@@ -130,6 +130,83 @@ def rectangles(width: int, height: int, n: int = 600, seed: int = 7):
     return np.clip(picture + rng.normal(0, 3, picture.shape), 0, 255).astype(np.uint8)
 
 
+def line_picture(width: int, height: int, seed: int = 9):
+    """Forty turned bright rectangles with soft sides and noise; the sides' ends, (160, 2, 2)."""
+    rng = np.random.default_rng(seed)
+    picture = np.full((height, width), 70.0)
+    columns, rows = 8, 5
+    w, h = width // columns, height // rows
+    x, y = np.meshgrid(np.arange(w, dtype=float), np.arange(h, dtype=float))
+    sides = []
+    for i in range(columns * rows):
+        corner = np.array([(i % columns) * w, (i // columns) * h], float)
+        centre = np.array([w, h]) / 2 + rng.uniform(-2, 2, 2)
+        half = np.array([0.3, 0.25]) * min(w, h) * rng.uniform(0.8, 1.1, 2)
+        turn = rng.uniform(0, np.pi)
+        axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+        inside = np.ones_like(x)
+        for axis, reach in zip(axes, half):
+            d = axis[0] * (x - centre[0]) + axis[1] * (y - centre[1])
+            # Any even ramp is half bright on the side; this one is about a pixel wide.
+            inside *= 1 / (1 + np.exp(-1.7 * (d + reach))) - 1 / (1 + np.exp(-1.7 * (d - reach)))
+        block = np.s_[int(corner[1]) : int(corner[1]) + h, int(corner[0]) : int(corner[0]) + w]
+        picture[block] += rng.uniform(50, 120) * inside
+        corners = [(-1, -1), (1, -1), (1, 1), (-1, 1)] * half @ axes + centre + corner
+        sides += [np.stack([corners[k], corners[(k + 1) % 4]]) for k in range(4)]
+    noisy = picture + rng.normal(0, 2, picture.shape)
+    return np.clip(np.rint(noisy), 0, 255).astype(np.uint8), np.array(sides)
+
+
+def dead_leaves(width: int, height: int, seed: int = 10):
+    """Discs of all sizes, one over the other: the statistics of natural images (Lee, Mumford 2001)."""
+    rng = np.random.default_rng(seed)
+    picture = np.full((height, width), 120.0, np.float32)
+    n = width * height // 2500
+    # Radii with density r^-3.
+    radii = 8 / np.sqrt(rng.uniform((8 / 150) ** 2, 1, n))
+    for r, x, y, level in np.c_[radii, rng.uniform((0, 0, 20), (width, height, 235), (n, 3))]:
+        left, top = max(int(x - r), 0), max(int(y - r), 0)
+        box = picture[top : int(y + r) + 2, left : int(x + r) + 2]
+        down, across = np.ogrid[top : top + box.shape[0], left : left + box.shape[1]]
+        box[(across - x) ** 2 + (down - y) ** 2 < r * r] = level
+    return picture
+
+
+def _sampled(picture, x, y):
+    """Bilinear."""
+    x, y = np.clip(x, 0, picture.shape[1] - 1.001), np.clip(y, 0, picture.shape[0] - 1.001)
+    i, j = y.astype(int), x.astype(int)
+    fy, fx = y - i, x - j
+    upper = picture[i, j] * (1 - fx) + picture[i, j + 1] * fx
+    return upper * (1 - fy) + (picture[i + 1, j] * (1 - fx) + picture[i + 1, j + 1] * fx) * fy
+
+
+def warped_pair(width: int, height: int, seed: int = 11):
+    """Two views of a picture, turned by 7 degrees, 0.93 as large and a little tilted, and the homography.
+
+    Pixels are means of four samples; blur of 0.7 pixels, noise of 2 grey levels, other light.
+    """
+    picture = dead_leaves(2 * width + 400, 2 * height + 400, seed)
+    kernel = np.exp(-0.5 * (np.arange(-5, 6) / 1.4) ** 2)
+    for axis in (0, 1):
+        picture = _filter(picture, kernel / kernel.sum(), axis)
+    c, s = 0.93 * np.cos(0.12), 0.93 * np.sin(0.12)
+    middle = np.array([[1, 0, width / 2], [0, 1, height / 2], [0, 0, 1]])
+    tilted = np.array([[c, -s, 6], [s, c, -4], [0.04 / width, -0.03 / height, 1]])
+    H = middle @ tilted @ np.linalg.inv(middle)
+    rng = np.random.default_rng(seed)
+    views = []
+    for warp, gain, offset in ((np.eye(3), 1.0, 0.0), (np.linalg.inv(H), 0.95, 6.0)):
+        level = np.zeros((height, width))
+        for dx, dy in ((-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25), (0.25, 0.25)):
+            u, v = np.meshgrid(np.arange(width) + dx, np.arange(height) + dy)
+            x, y, w = np.tensordot(warp, np.stack([u, v, np.ones_like(u)]), 1)
+            level += _sampled(picture, 2 * x / w + 200, 2 * y / w + 200) / 4
+        level = gain * level + offset + rng.normal(0, 2, level.shape)
+        views.append(np.clip(np.rint(level), 0, 255).astype(np.uint8))
+    return views[0], views[1], H
+
+
 def rig() -> ptzcal.RigModel:
     return ptzcal.RigModel(
         720,

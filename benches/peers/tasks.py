@@ -227,6 +227,146 @@ def chessboards() -> Iterator[Task]:
             yield Task("no chessboard", where, name, ours_absent, theirs, found, found, "", 0.0)
 
 
+# ---- lines --------------------------------------------------------------------------------------
+
+
+def _canny_hough(image):
+    """Canny and the progressive probabilistic Hough transform; (n, 2, 2)."""
+    edges = cv2.Canny(image, 50, 150)
+    found = cv2.HoughLinesP(edges, 1, np.pi / 180, 20, minLineLength=15, maxLineGap=3)
+    return np.empty((0, 2, 2)) if found is None else found.reshape(-1, 2, 2)
+
+
+def _lsd(image):
+    return cv2.createLineSegmentDetector().detect(image)[0].reshape(-1, 2, 2)
+
+
+def lines() -> Iterator[Task]:
+    recipes = {
+        "OpenCV Canny, HoughLinesP": _canny_hough,
+        "OpenCV LineSegmentDetector": _lsd,
+    }
+    for width, height in ((640, 480), (1920, 1080)):
+        picture, sides = scenes.line_picture(width, height)
+
+        def rms(found, sides=sides):
+            """How far the best segment of each side is off it; a side without one is off by 3 pixels."""
+            along = sides[:, 1] - sides[:, 0]
+            across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+            across /= np.linalg.norm(across, axis=1, keepdims=True)
+            off = np.einsum("nik,sk->sni", found, across) - (sides[:, 0] * across).sum(axis=1)[:, None, None]
+            off = np.sqrt((off**2).mean(axis=2))
+            middle = found.mean(axis=1)[None] - sides[:, None, 0]
+            at = (middle * along[:, None]).sum(axis=2) / (along**2).sum(axis=1)[:, None]
+            off[(at < 0) | (at > 1)] = np.inf
+            return np.sqrt((np.minimum(off.min(axis=1), 3) ** 2).mean())
+
+        def ours(picture=picture):
+            return ptzcal.detect_line_segments(picture, min_length=15).uv
+
+        for name, recipe in recipes.items():
+
+            def theirs(recipe=recipe, picture=picture):
+                return recipe(picture)
+
+            where = f"{width}x{height}, 160 sides"
+            theirs = _with(cv2, theirs)
+            yield Task("line segments", where, name, ours, theirs, rms, rms, "px rms", 1.5)
+
+
+# ---- features -----------------------------------------------------------------------------------
+
+
+def _opencv_matches(a, b, ratio=0.8):
+    """Nearest neighbours by brute force, ratio test and mutual check; index pairs."""
+    matcher = cv2.BFMatcher(cv2.NORM_L2)
+    back = {m.queryIdx: m.trainIdx for m in matcher.match(b, a)}
+    near = [m for m, second in matcher.knnMatch(a, b, k=2) if m.distance < ratio * second.distance]
+    return np.array([(m.queryIdx, m.trainIdx) for m in near if back[m.trainIdx] == m.queryIdx])
+
+
+def _ours_matches(a, b):
+    matches = ptzcal.match_sift(a, b)
+    return np.c_[matches.a, matches.b]
+
+
+def features() -> Iterator[Task]:
+    for width, height in ((640, 480), (1920, 1080)):
+        a, b, H = scenes.warped_pair(width, height)
+        size = f"{width}x{height}"
+
+        def ours(a=a, b=b):
+            return ptzcal.detect_sift(a), ptzcal.detect_sift(b)
+
+        def theirs(a=a, b=b):
+            sift = cv2.SIFT_create()
+            return sift.detectAndCompute(a, None), sift.detectAndCompute(b, None)
+
+        def wrong(p, q, H=H):
+            """Share of the matches that are off by more than 2 pixels, and how many are not."""
+            moved = np.c_[p, np.ones(len(p))] @ H.T
+            right = np.hypot(*(moved[:, :2] / moved[:, 2:] - q).T) < 2
+            return 1 - right.mean(), right.sum()
+
+        def ours_judged(found, wrong=wrong):
+            matches = _ours_matches(*found)
+            return wrong(found[0].xy[matches[:, 0]], found[1].xy[matches[:, 1]])
+
+        def opencv_judged(found, wrong=wrong):
+            (ka, da), (kb, db) = found
+            matches = _opencv_matches(da, db)
+            return wrong(
+                np.array([ka[i].pt for i in matches[:, 0]]),
+                np.array([kb[i].pt for i in matches[:, 1]]),
+            )
+
+        fa, fb = ours()
+        right = f"{ours_judged((fa, fb))[1]} right matches"
+        if cv2 is not None:
+            right += f" / {opencv_judged(theirs())[1]}"
+        yield Task(
+            "SIFT, two images",
+            f"{size}, {right}",
+            "OpenCV SIFT detectAndCompute",
+            ours,
+            _with(cv2, theirs),
+            lambda found, judged=ours_judged: judged(found)[0],
+            lambda found, judged=opencv_judged: judged(found)[0],
+            "wrong share",
+            0.2,
+        )
+
+        da, db = fa.descriptors.astype(np.float32), fb.descriptors.astype(np.float32)
+        exact = _exact_matches(fa.descriptors, fb.descriptors)
+
+        def other(found, exact=exact):
+            """Share of pairs that differ from the exact ones."""
+            return len(exact ^ set(map(tuple, found))) / len(exact)
+
+        yield Task(
+            "SIFT matching, mutual",
+            f"{len(fa)} x {len(fb)} descriptors",
+            "OpenCV BFMatcher, ratio, mutual",
+            lambda fa=fa, fb=fb: _ours_matches(fa, fb),
+            _with(cv2, lambda da=da, db=db: _opencv_matches(da, db)),
+            other,
+            other,
+            "other pairs",
+            0.005,
+        )
+
+
+def _exact_matches(a, b):
+    """In integers, all pairs."""
+    a, b = a.astype(np.float64), b.astype(np.float64)
+    squares = (a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1) - 2 * a @ b.T
+    near, back = squares.argmin(axis=1), squares.argmin(axis=0)
+    two = np.partition(squares, 1, axis=1)[:, :2]
+    rows = np.arange(len(a))
+    kept = (two[:, 0] <= 0.64 * two[:, 1]) & (back[near] == rows)
+    return set(zip(rows[kept].tolist(), near[kept].tolist()))
+
+
 # ---- calibration --------------------------------------------------------------------------------
 
 
@@ -565,4 +705,7 @@ def adjustments() -> Iterator[Task]:
         )
 
 
-GROUPS = (spots, spot_centres, chessboards, calibrations, robust_calibrations, adjustments, aiming, calls)
+GROUPS = (spots, spot_centres, chessboards, lines, calibrations, robust_calibrations, adjustments, aiming, calls)
+
+
+GROUPS = (spots, spot_centres, chessboards, features, calibrations, robust_calibrations, adjustments, aiming, calls)

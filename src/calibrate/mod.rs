@@ -13,7 +13,7 @@ pub(crate) mod freedom;
 pub mod laser_line;
 mod lens_fit;
 pub mod line;
-mod line_measurement;
+pub(crate) mod line_measurement;
 mod measurement;
 pub mod radial_alignment;
 mod refine;

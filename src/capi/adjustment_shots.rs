@@ -61,7 +61,7 @@ pub unsafe extern "C" fn ptzcal_adjustment_add_shots(
                 vectors_optional::<2>(spots, n, "spots")?,
                 vectors_optional::<3>(spot_covariance, n, "spot_covariance")?,
                 if seen.is_null() { None } else { Some(array(seen, n, "seen")?) },
-                if first.is_null() { None } else { Some(Out::new(first, "first")?) },
+                Out::optional(first, "first")?,
             )
         };
         let shots = pan_tilt.iter().enumerate().map(|(i, [pan, tilt])| Shot {
@@ -160,12 +160,7 @@ pub unsafe extern "C" fn ptzcal_adjustment_add_scan(
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
         let (adjustment, scan, cameras, first) = unsafe {
-            (
-                borrow(adjustment)?,
-                borrow(scan)?,
-                array(cameras, n, "cameras")?,
-                if first.is_null() { None } else { Some(Out::new(first, "first")?) },
-            )
+            (borrow(adjustment)?, borrow(scan)?, array(cameras, n, "cameras")?, Out::optional(first, "first")?)
         };
         let cameras: Vec<Option<usize>> =
             cameras.iter().map(|c| (*c != PTZCAL_NO_CAMERA).then_some(*c as usize)).collect();

@@ -21,9 +21,13 @@ pub(super) unsafe trait Plain: Copy {}
 // SAFETY: numbers.
 unsafe impl Plain for u8 {}
 // SAFETY: numbers.
+unsafe impl Plain for u16 {}
+// SAFETY: numbers.
 unsafe impl Plain for u32 {}
 // SAFETY: numbers.
 unsafe impl Plain for i32 {}
+// SAFETY: numbers.
+unsafe impl Plain for f32 {}
 // SAFETY: numbers.
 unsafe impl Plain for f64 {}
 // SAFETY: numbers.
@@ -122,6 +126,15 @@ impl<T: Plain> Out<T> {
     pub unsafe fn new(ptr: *mut T, name: &'static str) -> Result<Self> {
         check_array(ptr, 1, name)?;
         Ok(Self(ptr))
+    }
+
+    /// `None` for NULL.
+    ///
+    /// # Safety
+    /// As for [`Out::new`].
+    pub unsafe fn optional(ptr: *mut T, name: &'static str) -> Result<Option<Self>> {
+        // SAFETY: by this function's contract.
+        if ptr.is_null() { Ok(None) } else { unsafe { Self::new(ptr, name) }.map(Some) }
     }
 
     pub fn write(self, value: T) {

@@ -168,7 +168,7 @@ pub unsafe extern "C" fn ptzcal_detect_chessboard(
                 ArrayOut::vectors::<2>(corners, capacity, "corners")?,
                 ArrayOut::vectors_optional::<3>(covariance, capacity, "covariance")?,
                 ArrayOut::new(found, capacity, "found")?,
-                if needed.is_null() { None } else { Some(Out::new(needed, "needed")?) },
+                Out::optional(needed, "needed")?,
             )
         };
         let seen = detect_chessboard(&image, &options)?;

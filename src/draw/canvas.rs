@@ -2,7 +2,8 @@
 
 use nalgebra::Vector2;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::image::view::MAX_SIDE;
 use crate::image::{Image, ImageView, PixelFormat};
 
 /// Red, green, blue.
@@ -28,10 +29,25 @@ impl Canvas {
         Self { image }
     }
 
+    /// An image itself, where it can be drawn on.
+    pub fn from_image(image: Image) -> Result<Self> {
+        if image.format == PixelFormat::Rgb24 && image.view().is_ok() {
+            Ok(Self { image })
+        } else {
+            Ok(Self::new(&image.view()?))
+        }
+    }
+
     /// Two images side by side on black; the second begins at x = the first one's width.
-    pub fn beside(left: &ImageView<'_>, right: &ImageView<'_>) -> Self {
-        let height = left.height().max(right.height());
-        let mut image = Image::new(PixelFormat::Rgb24, left.width() + right.width(), height);
+    ///
+    /// # Errors
+    /// `InvalidArgument` where they are together too wide.
+    pub fn beside(left: &ImageView<'_>, right: &ImageView<'_>) -> Result<Self> {
+        let (width, height) = (left.width() + right.width(), left.height().max(right.height()));
+        if width > MAX_SIDE {
+            return Err(Error::invalid("image", format!("{width} pixels are too wide")));
+        }
+        let mut image = Image::new(PixelFormat::Rgb24, width, height);
         let row_bytes = 3 * image.width as usize;
         for (view, x) in [(left, 0), (right, left.width())] {
             let part = Self::new(view).image;
@@ -42,7 +58,7 @@ impl Canvas {
                 to[start..start + from.len()].copy_from_slice(from);
             }
         }
-        Self { image }
+        Ok(Self { image })
     }
 
     pub fn image(&self) -> &Image {
@@ -209,7 +225,7 @@ mod tests {
         let (mut left, mut right) = (Image::new(PixelFormat::Gray8, 3, 2), Image::new(PixelFormat::Gray8, 2, 4));
         left.data.fill(10);
         right.data.fill(20);
-        let both = Canvas::beside(&left.view().unwrap(), &right.view().unwrap());
+        let both = Canvas::beside(&left.view().unwrap(), &right.view().unwrap()).unwrap();
         let view = both.view().unwrap();
         assert_eq!((view.width(), view.height()), (5, 4));
         assert_eq!([view.rgb(2, 1)[0], view.rgb(2, 2)[0], view.rgb(3, 0)[0], view.rgb(4, 3)[0]], [10, 0, 20, 20]);

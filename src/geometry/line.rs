@@ -1,6 +1,6 @@
 //! Rays and lines in space.
 
-use nalgebra::{Matrix2, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix6, Vector2, Vector3};
 
 /// A half line from `origin` along the unit vector `direction`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,6 +51,30 @@ impl Line3 {
         let c = v.dot(&u);
         let s = Matrix2::new(1.0, -c, c, -1.0).try_inverse()? * Vector2::new(v.dot(&w), u.dot(&w));
         Some((self.at(s.x), other.at(s.y)))
+    }
+}
+
+/// A piece of a line, measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeasuredLine {
+    /// Metres.
+    pub point: Vector3<f64>,
+    /// Unit length. Of a line seen in an image, the bright side is on its right there.
+    pub direction: Vector3<f64>,
+    /// Of `point` and `direction` together, in that order, positive semi-definite; what it says along
+    /// the line has no meaning.
+    pub covariance: Matrix6<f64>,
+    /// From where to where it was seen: distances from `point` along `direction`, metres.
+    pub extent: [f64; 2],
+}
+
+impl MeasuredLine {
+    pub fn at(&self, s: f64) -> Vector3<f64> {
+        self.point + self.direction * s
+    }
+
+    pub fn ends(&self) -> [Vector3<f64>; 2] {
+        self.extent.map(|s| self.at(s))
     }
 }
 

@@ -17,7 +17,7 @@ pub mod zoom_curve;
 pub use camera::{Camera, Intrinsics};
 pub use distortion::Distortion;
 pub use inverse_depth::InverseDepthPoint;
-pub use line::{Line3, Ray};
+pub use line::{Line3, MeasuredLine, Ray};
 pub use plane::Plane;
 pub use rig_model::RigModel;
 pub use rig_parameters::{RIG_PARAMETERS, RigParameter};

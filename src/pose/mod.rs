@@ -7,12 +7,14 @@
 
 mod consensus;
 pub mod estimate;
+pub mod line_fit;
 pub mod plane_fit;
 pub mod plane_registration;
 pub mod procrustes;
 pub mod roof_edge;
 
 pub use estimate::{PoseEstimate, PoseMethod, PoseOptions, estimate_pose_roof_edges};
+pub use line_fit::{LineEstimate, LineFitOptions, PointNoise, fit_line_3d};
 pub use plane_fit::{PlaneEstimate, PlaneFitOptions, fit_plane_to_points, fit_plane_to_shots};
 pub use procrustes::{ProcrustesFit, procrustes};
 pub use roof_edge::{RoofEdge, RoofEdges};

@@ -13,14 +13,15 @@ mod view;
 
 use nalgebra::{Matrix2, Vector2};
 
-use crate::calibrate::Calibration;
+use crate::calibrate::{Calibration, CalibrationOptions, ObservedLine};
+use crate::detect::lines::{LineMatchOptions, LineOptions, LineSegment, detect_line_segments, match_lines};
 use crate::detect::sift::{SiftFeatures, detect_sift};
 use crate::error::{Error, Result};
-use crate::geometry::Camera;
+use crate::geometry::{Camera, MeasuredLine};
 use crate::image::{DepthMap, ImageView};
 pub use lift::Lifted;
 pub use options::RgbdOptions;
-use robust::RobustFit;
+use robust::{Fitted, RobustFit};
 use view::View;
 pub use view::ViewCounts;
 
@@ -45,14 +46,39 @@ pub struct PointPair {
     pub shape: Matrix2<f64>,
 }
 
+/// A straight edge of an auxiliary image, the line that it is, and the fixed camera's edge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinePair {
+    /// Number of the auxiliary view.
+    pub view: usize,
+    pub line: MeasuredLine,
+    pub auxiliary: LineSegment,
+    pub fixed: LineSegment,
+}
+
+impl LinePair {
+    fn observation(&self) -> ObservedLine {
+        ObservedLine {
+            point: self.line.point,
+            direction: self.line.direction,
+            covariance: Some(self.line.covariance),
+            ends: self.fixed.points,
+            end_covariances: Some(self.fixed.covariances()),
+        }
+    }
+}
+
 /// The fixed camera, and the pairs that it comes from.
 #[derive(Debug, Clone)]
 pub struct RgbdCalibration {
     /// Its residuals and inliers are those of the point pairs, in order, and then of the line pairs.
     pub calibration: Calibration,
     pub points: Vec<PointPair>,
+    pub lines: Vec<LinePair>,
     /// Standard deviation of a keypoint's place across its elongation, pixels: estimated or given.
     pub keypoint_sigma: f64,
+    /// Standard deviation of the lines' errors in units of their stated ones; means nothing without lines.
+    pub line_factor: f64,
 }
 
 /// A fixed camera's image, and what auxiliary views share with it.
@@ -62,6 +88,7 @@ pub struct RgbdCalibrator {
     width: u32,
     height: u32,
     features: SiftFeatures,
+    segments: Vec<LineSegment>,
     views: Vec<View>,
 }
 
@@ -73,14 +100,15 @@ impl RgbdCalibrator {
     pub fn new(fixed: &ImageView<'_>, options: RgbdOptions) -> Result<Self> {
         options.check()?;
         let features = detect_sift(fixed, &options.sift)?;
-        Ok(Self { options, width: fixed.width(), height: fixed.height(), features, views: Vec::new() })
+        let segments = if options.lines { detect_line_segments(fixed, &LineOptions::default())? } else { Vec::new() };
+        Ok(Self { options, width: fixed.width(), height: fixed.height(), features, segments, views: Vec::new() })
     }
 
     /// Adds a view of an auxiliary camera: a colour image, the depth of each of its pixels, and the
     /// camera with its pose, which says what the world is.
     ///
     /// # Errors
-    /// `InvalidArgument` for a depth map or camera of another size than the image, `TooManyViews`.
+    /// `InvalidArgument` for a depth map or camera of another size than the image, and for too many views.
     /// A view without texture or depth is none: its counts say so.
     pub fn add_view(&mut self, colour: &ImageView<'_>, depth: &DepthMap, camera: &Camera) -> Result<ViewCounts> {
         if self.views.len() >= MAX_VIEWS {
@@ -97,32 +125,48 @@ impl RgbdCalibrator {
     /// # Errors
     /// `TooFewMatches` where the images have too little in common, and the errors of
     /// [`calibrate_camera`].
-    pub fn calibrate(&self) -> Result<RgbdCalibration> {
+    pub fn calibrate(&self, options: &CalibrationOptions) -> Result<RgbdCalibration> {
         let given = self.options.keypoint_sigma;
-        let mut sigma = given.unwrap_or(FIRST_SIGMA);
+        let fit = RobustFit { size: [self.width, self.height], options, estimate: given.is_none() };
         let mut points = self.points(|view| view.pairs.clone());
         self.enough(points.len(), None)?;
-        let robust = |points: &[PointPair], sigma| {
-            let fit = RobustFit { size: [self.width, self.height], options: &self.options.calibration };
-            fit.run(points, sigma, given.is_none())
-        };
-        let agreeing = |e| match e {
+        let mut fitted = fit.run(&points, &[], given.unwrap_or(FIRST_SIGMA)).map_err(|e| match e {
             Error::NoConsensus { inliers, total } => self.enough(inliers, Some(total)).err().unwrap_or(e),
             e => e,
-        };
-        let mut calibration;
-        (calibration, sigma) = robust(&points, sigma).map_err(agreeing)?;
-        for _ in 0..ROUNDS {
-            if !self.options.guided {
-                break;
+        })?;
+        if self.options.guided {
+            for _ in 0..ROUNDS {
+                let other = self.points(|view| guide::pairs(view, &self.features, &fitted.calibration, fitted.sigma));
+                // Guided by a poor camera there may be none.
+                let Ok(refit) = fit.run(&other, &[], fitted.sigma) else { break };
+                (points, fitted) = (other, refit);
             }
-            let other = self.points(|view| guide::pairs(view, &self.features, &calibration, sigma));
-            // Guided by a poor camera there may be none.
-            let Ok((refit, spread)) = robust(&other, sigma) else { break };
-            (points, calibration, sigma) = (other, refit, spread);
         }
-        self.enough(calibration.inliers.iter().filter(|i| **i).count(), Some(points.len()))?;
-        Ok(RgbdCalibration { calibration, points, keypoint_sigma: sigma })
+        let agreeing = fitted.calibration.inliers.iter().filter(|i| **i).count();
+        self.enough(agreeing, Some(points.len()))?;
+        let lines = self.lines(&fitted.calibration.camera)?;
+        if !lines.is_empty() {
+            let observed: Vec<ObservedLine> = lines.iter().map(LinePair::observation).collect();
+            fitted = fit.run(&points, &observed, fitted.sigma)?;
+        }
+        let Fitted { calibration, sigma, line_factor } = fitted;
+        Ok(RgbdCalibration { calibration, points, lines, keypoint_sigma: sigma, line_factor })
+    }
+
+    /// Lines of every view with their segments, as a first camera sees them; no segment twice.
+    fn lines(&self, camera: &Camera) -> Result<Vec<LinePair>> {
+        let mut pairs = Vec::new();
+        let mut taken = vec![false; self.segments.len()];
+        for (view, of) in self.views.iter().enumerate() {
+            let lines: Vec<MeasuredLine> = of.lines.iter().map(|(line, _)| *line).collect();
+            for found in match_lines(&lines, camera, &self.segments, &LineMatchOptions::default())? {
+                if !std::mem::replace(&mut taken[found.segment], true) {
+                    let (line, auxiliary) = of.lines[found.line];
+                    pairs.push(LinePair { view, line, auxiliary, fixed: self.segments[found.segment] });
+                }
+            }
+        }
+        Ok(pairs)
     }
 
     /// Pairs of features of every view as points and pixels.

@@ -1,11 +1,13 @@
-//! How a camera is calibrated from colour and depth.
+//! How pairs are found in colour and depth.
 
-use crate::calibrate::CalibrationOptions;
 use crate::detect::sift::{SiftMatchOptions, SiftOptions};
 use crate::error::{Error, Result};
 use crate::image::DepthNoise;
 
-#[derive(Debug, Clone)]
+/// Pairs that a camera needs at least.
+const MIN_PAIRS: usize = 6;
+
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RgbdOptions {
     pub sift: SiftOptions,
     pub matching: SiftMatchOptions,
@@ -20,7 +22,6 @@ pub struct RgbdOptions {
     pub lines: bool,
     /// Least number of pairs that agree with the camera.
     pub min_pairs: usize,
-    pub calibration: CalibrationOptions,
 }
 
 impl Default for RgbdOptions {
@@ -34,7 +35,6 @@ impl Default for RgbdOptions {
             guided: true,
             lines: true,
             min_pairs: 20,
-            calibration: CalibrationOptions::default(),
         }
     }
 }
@@ -42,6 +42,9 @@ impl Default for RgbdOptions {
 impl RgbdOptions {
     pub(super) fn check(&self) -> Result<()> {
         self.depth_noise.check()?;
+        if self.min_pairs < MIN_PAIRS {
+            return Err(Error::invalid("min_pairs", format!("{}; at least {MIN_PAIRS}", self.min_pairs)));
+        }
         if let Some(sigma) = self.keypoint_sigma
             && !(sigma.is_finite() && sigma > 0.0)
         {

@@ -73,11 +73,11 @@ fn the_covariance_covers_the_truth() {
     let pose = Rigid::look_at(&Vector3::new(0.5, -0.1, 0.2), &Vector3::new(0.0, 0.0, 3.0)).unwrap();
     let truth = camera(pose);
     let options = CalibrationOptions::default();
-    let fit = RobustFit { size: [640, 480], options: &options };
+    let fit = RobustFit { size: [640, 480], options: &options, estimate: true };
     let (mut sum, mut sigmas, mut count) = (0.0, 0.0, 0.0);
     for _ in 0..60 {
         let points = pairs(&mut noise, &truth, 0.3);
-        let (found, sigma) = fit.run(&points, 0.7, true).unwrap();
+        let Fitted { calibration: found, sigma, .. } = fit.run(&points, &[], 0.7).unwrap();
         let k = |c: &Camera| c.intrinsics.to_array();
         let turn = rigid::log(&(truth.pose.rotation * found.camera.pose.rotation.transpose()));
         let mut error = DVector::zeros(11);
@@ -119,16 +119,13 @@ fn views_that_do_not_fit_together_are_refused() {
     let image = blobs(64, 48);
     let view = image.view().unwrap();
     let options = RgbdOptions::default();
-    let fails = |options: &RgbdOptions| RgbdCalibrator::new(&view, options.clone()).unwrap_err().to_string();
-    let bad = RgbdOptions { keypoint_sigma: Some(-1.0), ..options.clone() };
+    let fails = |options: &RgbdOptions| RgbdCalibrator::new(&view, *options).unwrap_err().to_string();
+    let bad = RgbdOptions { keypoint_sigma: Some(-1.0), ..options };
     assert!(fails(&bad).starts_with("keypoint_sigma"));
-    let bad = RgbdOptions { depth_noise: DepthNoise { inverse_depth: f64::NAN, depth: 0.0 }, ..options.clone() };
+    let bad = RgbdOptions { depth_noise: DepthNoise { inverse_depth: f64::NAN, depth: 0.0 }, ..options };
     assert!(fails(&bad).starts_with("inverse_depth_sigma"));
     let dot = grey(1, 1, |_, _| 7);
-    assert_eq!(
-        RgbdCalibrator::new(&dot.view().unwrap(), options.clone()).unwrap_err().status(),
-        Status::InvalidArgument
-    );
+    assert_eq!(RgbdCalibrator::new(&dot.view().unwrap(), options).unwrap_err().status(), Status::InvalidArgument);
 
     let mut calibrator = RgbdCalibrator::new(&view, options).unwrap();
     let depth = DepthMap::new(64, 48, vec![2.0; 64 * 48]).unwrap();
@@ -142,7 +139,7 @@ fn views_that_do_not_fit_together_are_refused() {
     broken.intrinsics.fx = f64::NAN;
     assert!(calibrator.add_view(&view, &depth, &broken).is_err());
     // Nothing was added by all that.
-    let e = calibrator.calibrate().unwrap_err();
+    let e = calibrator.calibrate(&CalibrationOptions::default()).unwrap_err();
     assert_eq!(e.status(), Status::TooFewPoints);
     assert!(e.to_string().contains("0 auxiliary"), "{e}");
 }
@@ -156,7 +153,7 @@ fn too_little_in_common_says_what_there_is() {
         let mut calibrator = RgbdCalibrator::new(&view, RgbdOptions::default()).unwrap();
         let depth = DepthMap::new(240, 180, vec![metres; 240 * 180]).unwrap();
         let counts = calibrator.add_view(&colour.view().unwrap(), &depth, &own).unwrap();
-        (counts, calibrator.calibrate().unwrap_err())
+        (counts, calibrator.calibrate(&CalibrationOptions::default()).unwrap_err())
     };
     let (counts, e) = refused(&grey(240, 180, |_, _| 90), 2.0);
     assert_eq!((counts.features, e.status()), (0, Status::TooFewPoints));

@@ -4,9 +4,10 @@ use nalgebra::Vector2;
 
 use super::RgbdOptions;
 use super::lift::{Lifted, lift};
+use crate::detect::lines::{LineOptions, LineSegment, detect_line_segments, lift_segments};
 use crate::detect::sift::{SiftFeatures, SiftMatch, SiftMatchOptions, detect_sift, match_sift};
 use crate::error::{Error, Result};
-use crate::geometry::Camera;
+use crate::geometry::{Camera, MeasuredLine};
 use crate::image::{DepthMap, ImageView};
 
 /// What a view has to offer.
@@ -20,6 +21,8 @@ pub struct ViewCounts {
     pub matches: usize,
     /// Of these, those that have a depth.
     pub pairs: usize,
+    /// Straight edges of its image that are lines in space.
+    pub lines: usize,
 }
 
 #[derive(Debug, Clone)]
@@ -32,6 +35,8 @@ pub(super) struct View {
     pub pairs: Vec<(usize, usize)>,
     /// Pairs with depth that are each other's nearest, distinct from the next or not.
     pub candidates: Vec<(usize, usize)>,
+    /// Its straight edges that have a depth, each with the segment that it is in its image.
+    pub lines: Vec<(MeasuredLine, LineSegment)>,
 }
 
 impl View {
@@ -64,12 +69,19 @@ impl View {
         let pairs = with_depth(&matches);
         let every = SiftMatchOptions { max_ratio: 1.0, mutual: true };
         let candidates = if options.guided { with_depth(&match_sift(&features, fixed, &every)?) } else { Vec::new() };
+        let mut lines = Vec::new();
+        if options.lines {
+            let segments = detect_line_segments(colour, &LineOptions::default())?;
+            let lifted = lift_segments(&segments, camera, depth, &options.depth_noise)?;
+            lines.extend(lifted.into_iter().zip(segments).filter_map(|(line, segment)| Some((line?, segment))));
+        }
         let counts = ViewCounts {
             features: features.keypoints.len(),
             with_depth: lifted.iter().flatten().count(),
             matches: matches.len(),
             pairs: pairs.len(),
+            lines: lines.len(),
         };
-        Ok(Self { counts, features, lifted, pairs, candidates })
+        Ok(Self { counts, features, lifted, pairs, candidates, lines })
     }
 }

@@ -8,6 +8,8 @@ pub struct Param {
     pub name: String,
     /// Its comment says that it may be NULL.
     pub may_be_null: bool,
+    /// Its comment says that its numbers may be infinite.
+    pub may_be_infinite: bool,
 }
 
 pub struct Function {
@@ -121,7 +123,8 @@ fn param(text: &str, comment: &str) -> Param {
     let about = param_comment(comment, &name);
     // "may be NULL when ..." is a condition, and another test's matter.
     let may_be_null = about.contains("may be NULL") && !about.contains("may be NULL when");
-    Param { kind, name, may_be_null }
+    let may_be_infinite = about.contains("may be infinite");
+    Param { kind, name, may_be_null, may_be_infinite }
 }
 
 /// `const double *xyz` is (`const double *`, `xyz`).

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 42] = [
+const TOPICS: [&str; 47] = [
     "version",
     "status",
     "error",
@@ -17,12 +17,16 @@ const TOPICS: [&str; 42] = [
     "shot",
     "progress",
     "image",
+    "picture",
+    "depth",
     "camera",
     "rig_model",
     "detect",
     "chessboard",
     "sift",
     "sift_matching",
+    "lines",
+    "lines_3d",
     "correspondences",
     "calibration_options",
     "calibrate",
@@ -35,6 +39,7 @@ const TOPICS: [&str; 42] = [
     "rig_calibrated",
     "rig_views",
     "rig_calibration",
+    "rgbd",
     "roof_edges",
     "pose",
     "devices",

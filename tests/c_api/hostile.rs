@@ -23,6 +23,8 @@ fn good(found: &Declarations, f: &Function, p: &Param) -> String {
         "size_t" => "4".into(),
         "const double *" => "numbers".into(),
         "const uint8_t *" => "fixture_flags".into(),
+        "const uint16_t *" => "fixture_millimetres".into(),
+        "const float *" => "fixture_metres".into(),
         "const uint32_t *" | "const size_t *" => format!("fixture_{}", p.name),
         "double *" | "uint8_t *" | "uint32_t *" | "int32_t *" | "size_t *" => "(void *)output".into(),
         "const ptzcal_image *const *" => "fixture_images".into(),
@@ -80,8 +82,9 @@ fn attempts(found: &Declarations, f: &Function) -> String {
             try_it("-INFINITY", &["NOT_FINITE", "INVALID_ARGUMENT"]);
         }
         if p.kind == "const double *" {
-            try_it("nan_first", &["NOT_FINITE"]);
-            try_it("infinite_first", &["NOT_FINITE"]);
+            let wanted: &[&str] = if p.may_be_infinite { &["OK"] } else { &["NOT_FINITE"] };
+            try_it("nan_first", wanted);
+            try_it("infinite_first", wanted);
             try_it("(const double *)(const void *)((const char *)numbers + 1)", &["INVALID_ARGUMENT"]);
         }
         if p.kind == "size_t" && p.name == "size" {

@@ -17,8 +17,11 @@ use ptzcal::capi::detect::ptzcal_spot;
 use ptzcal::capi::devices::ptzcal_ptz;
 use ptzcal::capi::image::ptzcal_image;
 use ptzcal::capi::laser_line::ptzcal_laser_line;
+use ptzcal::capi::lines::ptzcal_line_options;
+use ptzcal::capi::lines_3d::{ptzcal_line_fit_options, ptzcal_line_match_options};
 use ptzcal::capi::pose::ptzcal_pose;
 use ptzcal::capi::progress::ptzcal_progress;
+use ptzcal::capi::rgbd::{ptzcal_rgbd_options, ptzcal_rgbd_view};
 use ptzcal::capi::rig_calibrated::{ptzcal_common_line, ptzcal_zoom_position};
 use ptzcal::capi::rig_model::ptzcal_rig_model;
 use ptzcal::capi::rig_views::ptzcal_rig_view;
@@ -55,6 +58,10 @@ fn rust() -> String {
     layout!(out, ptzcal_chessboard: struct_size columns rows found blur);
     layout!(out, ptzcal_sift_options: struct_size max_features upsample reserved contrast_threshold edge_ratio);
     layout!(out, ptzcal_sift_match_options: struct_size mutual max_ratio);
+    layout!(out, ptzcal_line_options: struct_size max_segments min_length min_contrast max_gap);
+    layout!(out, ptzcal_line_fit_options: struct_size robust seed sigma outlier_threshold min_inliers);
+    layout!(out, ptzcal_line_match_options: struct_size same_polarity camera_sigma max_distance min_lead
+        min_overlap);
     layout!(out, ptzcal_calibration_summary: struct_size iterations measurements inliers parameters
         rms noise_factor condition chi2 degrees_of_freedom probability warnings);
     layout!(out, ptzcal_board_view: struct_size used corners inliers rms rotation translation covariance);
@@ -65,6 +72,9 @@ fn rust() -> String {
         chi2 probability odd_zoom);
     layout!(out, ptzcal_rig_view: struct_size status spot_status has_spot has_pose reserved corners inliers
         zoom rms spot spot_residual rotation translation);
+    layout!(out, ptzcal_rgbd_options: struct_size min_pairs guided lines contrast_threshold edge_ratio
+        max_ratio inverse_depth_sigma depth_sigma keypoint_sigma);
+    layout!(out, ptzcal_rgbd_view: struct_size features with_depth matches pairs lines);
     layout!(out, ptzcal_pose: struct_size reserved rotation translation rotation_angle residual_rms
         disagreement condition);
     layout!(out, ptzcal_ptz: struct_size reserved pan_min pan_max tilt_min tilt_max pan_step tilt_step

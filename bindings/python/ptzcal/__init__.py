@@ -36,7 +36,19 @@ from .errors import (
     Status,
 )
 from .images import PixelFormat
+from .lines import (
+    LineFit,
+    LineMatches,
+    LineSegments,
+    detect_edges,
+    detect_line_segments,
+    fit_line_3d,
+    lift_line_segments,
+    match_lines,
+)
+from .pictures import DepthMap, Picture, read_image
 from .pose import Pose, PoseMethod, RoofEdges, estimate_pose_roof_edges
+from .rgbd import Rgbd, RgbdLinePairs, RgbdPairs, RgbdView
 from .rig import LogLevel, Rig, Settle
 from .rig_calibration import (
     CommonLine,
@@ -69,6 +81,7 @@ __all__ = [
     "ChessboardNotFound",
     "CommonLine",
     "Correspondences",
+    "DepthMap",
     "DistortionModel",
     "Error",
     "FixedCamera",
@@ -78,14 +91,22 @@ __all__ = [
     "InvalidArgument",
     "LaserCalibration",
     "LaserColour",
+    "LineFit",
+    "LineMatches",
+    "LineSegments",
     "LogLevel",
     "Motion",
     "PanTilt",
+    "Picture",
     "PixelFormat",
     "Pose",
     "PoseMethod",
     "Progress",
     "Region",
+    "Rgbd",
+    "RgbdLinePairs",
+    "RgbdPairs",
+    "RgbdView",
     "Rig",
     "RigCalibrated",
     "RigCalibration",
@@ -113,11 +134,17 @@ __all__ = [
     "calibrate_from_boards",
     "calibrate_laser_line",
     "detect_chessboard",
+    "detect_edges",
+    "detect_line_segments",
     "detect_sift",
     "detect_spot",
     "division_eigenproblem",
     "estimate_pose_roof_edges",
+    "fit_line_3d",
+    "lift_line_segments",
+    "match_lines",
     "match_sift",
     "radial_alignment",
+    "read_image",
     "version",
 ]

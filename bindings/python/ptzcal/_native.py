@@ -39,11 +39,16 @@ from ._structs import (
     ptzcal_image,
     ptzcal_laser_fn,
     ptzcal_laser_line,
+    ptzcal_line_fit_options,
+    ptzcal_line_match_options,
+    ptzcal_line_options,
     ptzcal_log_fn,
     ptzcal_pose,
     ptzcal_progress_fn,
     ptzcal_ptz,
     ptzcal_region,
+    ptzcal_rgbd_options,
+    ptzcal_rgbd_view,
     ptzcal_rig_model,
     ptzcal_rig_view,
     ptzcal_scan_summary,
@@ -81,9 +86,14 @@ _chessboard = POINTER(ptzcal_chessboard)
 _chessboard_options = POINTER(ptzcal_chessboard_options)
 _image = POINTER(ptzcal_image)
 _laser_line = POINTER(ptzcal_laser_line)
+_line_fit_options = POINTER(ptzcal_line_fit_options)
+_line_match_options = POINTER(ptzcal_line_match_options)
+_line_options = POINTER(ptzcal_line_options)
 _model = POINTER(ptzcal_rig_model)
 _pose = POINTER(ptzcal_pose)
 _region = POINTER(ptzcal_region)
+_rgbd_options = POINTER(ptzcal_rgbd_options)
+_rgbd_view = POINTER(ptzcal_rgbd_view)
 _scan_summary = POINTER(ptzcal_scan_summary)
 _shot = POINTER(ptzcal_shot)
 _sift_match_options = POINTER(ptzcal_sift_match_options)
@@ -116,6 +126,41 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_cancel_is_requested": (c_int32, _handle),
     "ptzcal_cancel_free": (None, _handle),
     "ptzcal_image_init": (_status, _image, c_size_t),
+    "ptzcal_picture_read": (_status, c_char_p, _handle_out, _error_out),
+    "ptzcal_picture_new": (_status, _image, _handle_out, _error_out),
+    "ptzcal_picture_beside": (_status, _image, _image, _handle_out, _error_out),
+    "ptzcal_picture_free": (None, _handle),
+    "ptzcal_picture_image": (_status, _handle, _image, _error_out),
+    "ptzcal_picture_save": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_picture_dim": (_status, _handle, c_double, _error_out),
+    "ptzcal_picture_draw_lines": (_status, _handle, _array, c_size_t, c_double, c_uint32, _error_out),
+    "ptzcal_picture_draw_circles": (
+        _status, _handle, _array, c_size_t, c_double, c_double, c_uint32, _error_out,
+    ),
+    "ptzcal_picture_draw_board": (_status, _handle, _array, _array, c_size_t, c_size_t, _error_out),
+    "ptzcal_picture_draw_residuals": (
+        _status, _handle, _array, _array, _array, c_size_t, c_double, _error_out,
+    ),
+    "ptzcal_picture_draw_matches": (
+        _status, _handle, _array, _array, _array, c_size_t, c_double, _error_out,
+    ),
+    "ptzcal_depth_map_new_u16": (
+        _status, _array, c_uint32, c_uint32, c_size_t, c_double, _handle_out, _error_out,
+    ),
+    "ptzcal_depth_map_new_f32": (
+        _status, _array, c_uint32, c_uint32, c_size_t, c_double, _handle_out, _error_out,
+    ),
+    "ptzcal_depth_map_read": (_status, c_char_p, c_double, _handle_out, _error_out),
+    "ptzcal_depth_map_free": (None, _handle),
+    "ptzcal_depth_map_size": (_status, _handle, _uint32_out, _uint32_out, _size_out, _error_out),
+    "ptzcal_rgbd_options_init": (_status, _rgbd_options, c_size_t),
+    "ptzcal_rgbd_view_init": (_status, _rgbd_view, c_size_t),
+    "ptzcal_rgbd_new": (_status, _image, _rgbd_options, _handle_out, _error_out),
+    "ptzcal_rgbd_free": (None, _handle),
+    "ptzcal_rgbd_add_view": (_status, _handle, _image, _handle, _camera, _rgbd_view, _error_out),
+    "ptzcal_rgbd_calibrate": (_status, _handle, _handle, _handle_out, _error_out),
+    "ptzcal_rgbd_copy_pairs": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_rgbd_copy_lines": (_status, _handle, _array, c_size_t, _size_out, _error_out),
     # Cameras and rig models.
     "ptzcal_camera_init": (_status, _camera, c_size_t),
     "ptzcal_camera_centre": (_status, _camera, _array, _error_out),
@@ -164,6 +209,28 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_sift_match_options_init": (_status, _sift_match_options, c_size_t),
     "ptzcal_match_sift": (
         _status, _handle, _handle, _sift_match_options, _array, _array, c_size_t, _size_out, _error_out,
+    ),
+    # Edges and lines.
+    "ptzcal_line_options_init": (_status, _line_options, c_size_t),
+    "ptzcal_detect_edges": (
+        _status, _image, c_double, c_double, c_double, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_detect_line_segments": (
+        _status, _image, _line_options, _array, _array, _array, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_line_fit_options_init": (_status, _line_fit_options, c_size_t),
+    "ptzcal_fit_line_3d": (
+        _status, _array, _array, c_size_t, _line_fit_options, _array, _array, _array, _array, _double_out,
+        _error_out,
+    ),
+    "ptzcal_lift_line_segments": (
+        _status, _array, _array, _array, c_size_t, _camera, _handle, c_double, c_double, _array, _array,
+        _array, _array, _error_out,
+    ),
+    "ptzcal_line_match_options_init": (_status, _line_match_options, c_size_t),
+    "ptzcal_match_lines": (
+        _status, _array, _array, _array, c_size_t, _camera, _array, _array, _array, c_size_t,
+        _line_match_options, _array, _array, c_size_t, _size_out, _error_out,
     ),
     # Calibrating a camera.
     "ptzcal_correspondences_new": (_status, c_uint32, c_uint32, _handle_out, _error_out),

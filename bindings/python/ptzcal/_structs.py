@@ -157,6 +157,64 @@ class ptzcal_sift_match_options(Structure):
     ]
 
 
+class ptzcal_rgbd_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("min_pairs", c_uint32),
+        ("guided", c_uint32),
+        ("lines", c_uint32),
+        ("contrast_threshold", c_double),
+        ("edge_ratio", c_double),
+        ("max_ratio", c_double),
+        ("inverse_depth_sigma", c_double),
+        ("depth_sigma", c_double),
+        ("keypoint_sigma", c_double),
+    ]
+
+
+class ptzcal_rgbd_view(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("features", c_uint32),
+        ("with_depth", c_uint32),
+        ("matches", c_uint32),
+        ("pairs", c_uint32),
+        ("lines", c_uint32),
+    ]
+
+
+class ptzcal_line_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("max_segments", c_uint32),
+        ("min_length", c_double),
+        ("min_contrast", c_double),
+        ("max_gap", c_double),
+    ]
+
+
+class ptzcal_line_fit_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("robust", c_uint32),
+        ("seed", c_uint64),
+        ("sigma", c_double),
+        ("outlier_threshold", c_double),
+        ("min_inliers", c_double),
+    ]
+
+
+class ptzcal_line_match_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("same_polarity", c_uint32),
+        ("camera_sigma", c_double),
+        ("max_distance", c_double),
+        ("min_lead", c_double),
+        ("min_overlap", c_double),
+    ]
+
+
 class ptzcal_calibration_summary(Structure):
     _fields_ = [
         ("struct_size", c_uint32),

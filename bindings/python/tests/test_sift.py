@@ -35,7 +35,8 @@ class Sift(TestCase):
         right = np.hypot(*error.T) < 1.5
         self.assertGreater(right.mean(), 0.9)
         turned = (b.angle[matches.b] - a.angle[matches.a] - 0.5 + np.pi) % (2 * np.pi) - np.pi
-        self.assertLess(np.median(abs(turned[right])), 0.05)
+        # Round blobs have directions by their surroundings only; a bin is 0.17 wide.
+        self.assertLess(np.median(abs(turned[right])), 0.1)
         self.assertTrue((np.diff(a.response) <= 0).all())
         self.assertTrue((matches.ratio <= 0.8).all() and (a.sigma > 0).all())
 

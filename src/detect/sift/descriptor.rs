@@ -47,6 +47,8 @@ impl Polar {
 
     /// Columns `from`..`to` of row `y`, none of which is at the border.
     fn read(&mut self, octave: &Octave, level: usize, y: usize, from: usize, to: usize) {
+        // In whole groups, where the row is long enough.
+        let to = (from + (to - from).next_multiple_of(16)).min(octave.width() - 1).min(from + ROW);
         let rows = [y - 1, y, y + 1].map(|y| &octave.row(level, y)[from - 1..to + 1]);
         gradients(&mut self.magnitude[..to - from], &mut self.angle[..to - from], rows);
     }

@@ -10,6 +10,9 @@ use super::scale_space::{INTERVALS, LEVELS, Octave};
 pub const BORDER: usize = 5;
 /// Steps of a pixel or a level that the refinement may take.
 const MAX_STEPS: usize = 5;
+/// How far from its sample an extremum may be: more than a half, so that one halfway between two samples
+/// is not passed to and fro.
+const MOST_OFFSET: f64 = 0.6;
 /// Share of the contrast threshold that a sample must pass before it is refined.
 const COARSE: f64 = 0.5;
 const DIFFERENCES: usize = LEVELS - 1;
@@ -127,7 +130,7 @@ fn refine(octave: &Octave, layer: usize, column: usize, row: usize, limits: &Lim
         if !offset.iter().all(|o| o.is_finite()) {
             return None;
         }
-        if offset.amax() < 0.5 {
+        if offset.amax() < MOST_OFFSET {
             let value = v + 0.5 * gradient.dot(&offset);
             let (trace, determinant) = (xx + yy, xx * yy - xy * xy);
             let e = limits.edge_ratio;

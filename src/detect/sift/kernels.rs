@@ -9,6 +9,31 @@
 pub const LANES: usize = 64;
 pub type Lanes = [f32; LANES];
 
+#[cfg(target_arch = "x86_64")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Vectors {
+    Baseline,
+    Avx2,
+    Avx512,
+}
+
+/// What the processor can run; the features are looked up once.
+#[cfg(target_arch = "x86_64")]
+fn widest() -> Vectors {
+    let avx512 = is_x86_feature_detected!("avx512f")
+        && is_x86_feature_detected!("avx512bw")
+        && is_x86_feature_detected!("avx512dq")
+        && is_x86_feature_detected!("avx512vl");
+    let widest = match (avx512, is_x86_feature_detected!("avx2")) {
+        (true, _) => Vectors::Avx512,
+        (false, true) => Vectors::Avx2,
+        (false, false) => Vectors::Baseline,
+    };
+    #[cfg(test)]
+    let widest = widest.min(tests::LIMIT.get());
+    widest
+}
+
 /// Defines functions that choose among the compilations of their body.
 macro_rules! for_each_processor {
     ($($(#[$doc:meta])* pub fn $name:ident($($arg:ident: $type:ty),* $(,)?) $body:block)*) => { $(
@@ -30,17 +55,12 @@ macro_rules! for_each_processor {
                 fn avx2($($arg: $type),*) {
                     body($($arg),*)
                 }
-                if is_x86_feature_detected!("avx512f")
-                    && is_x86_feature_detected!("avx512bw")
-                    && is_x86_feature_detected!("avx512dq")
-                    && is_x86_feature_detected!("avx512vl")
-                {
+                match widest() {
                     // SAFETY: the processor has the features.
-                    return unsafe { avx512($($arg),*) };
-                }
-                if is_x86_feature_detected!("avx2") {
+                    Vectors::Avx512 => return unsafe { avx512($($arg),*) },
                     // SAFETY: the processor has the feature.
-                    return unsafe { avx2($($arg),*) };
+                    Vectors::Avx2 => return unsafe { avx2($($arg),*) },
+                    Vectors::Baseline => {}
                 }
             }
             body($($arg),*)
@@ -137,7 +157,8 @@ for_each_processor! {
         for i in 0..n {
             let column = less(greater(cell[0][0] + i as f32 * cell[1][0], 0.0), limit);
             let row = less(greater(cell[0][1] + i as f32 * cell[1][1], 0.0), limit);
-            let (c, r) = (column as i32, row as i32);
+            // SAFETY: both are within 0 to SIDE - 1, also where the input was NaN.
+            let (c, r): (i32, i32) = unsafe { (column.to_int_unchecked(), row.to_int_unchecked()) };
             index[i] = (SIDE as i32 * r + c) as u32;
             right[i] = column - c as f32;
             below[i] = row - r as f32;
@@ -213,8 +234,14 @@ fn arctangent(y: f32, x: f32) -> f32 {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
+
+    #[cfg(target_arch = "x86_64")]
+    thread_local! {
+        /// The widest vectors that a test wants.
+        pub static LIMIT: std::cell::Cell<Vectors> = const { std::cell::Cell::new(Vectors::Avx512) };
+    }
 
     #[test]
     fn the_arctangent_is_good_to_3e_6() {

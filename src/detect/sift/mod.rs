@@ -18,6 +18,8 @@ mod extrema;
 mod kernels;
 pub mod matching;
 mod scale_space;
+#[cfg(test)]
+mod tests;
 
 use std::cmp::Ordering;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -43,6 +45,10 @@ pub const MAX_IMAGE_PIXELS: u64 = 1 << 28;
 pub const MAX_FEATURES: usize = 1 << 20;
 /// Blur of the image as it comes, pixels.
 const ASSUMED_BLUR: f64 = 0.5;
+/// Variance that interpolating at quarters of a pixel, as OpenCV does, adds beyond ours at halves, in
+/// pixels^2 of the doubled image: 3/4 - 1/2. With it the finest keypoints are as many as OpenCV's, and
+/// more of them are found again.
+const INTERPOLATION_BLUR: f64 = 0.25;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SiftOptions {
@@ -64,7 +70,7 @@ impl Default for SiftOptions {
 }
 
 impl SiftOptions {
-    fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         if !(self.contrast_threshold > 0.0 && self.contrast_threshold <= 1.0) {
             let reason = format!("{} is not in (0, 1]", self.contrast_threshold);
             return Err(Error::invalid("contrast_threshold", reason));
@@ -109,12 +115,14 @@ impl SiftKeypoint {
         Matrix2::identity() + along * along.transpose() * (self.elongation.powi(2) - 1.0)
     }
 
-    /// Standard deviation of `x` and of `y`, pixels, from the scale alone: sqrt(0.1^2 + (0.045 scale)^2).
+    /// Standard deviation of `x` and of `y`, pixels, from the scale alone: sqrt(0.08^2 + (0.02 scale)^2).
     ///
-    /// Measured on right matches of rendered pairs with noise of 2 grey levels, where it holds from scale 1
-    /// to 20. Below a scale of 4 it is 0.06 pixels with a quarter of that noise and 0.2 with 2.5 times as much.
+    /// Measured: 1.48 times the median deviation of right matches of warped photographs, noise of 2 grey
+    /// levels, over sqrt(2), at scales of 1 to 20. Below a scale of 4 it is 0.04 pixels with a quarter of that
+    /// noise and 0.14 with 2.5 times as much. The tails are long (textures, edges): the root mean square of all
+    /// that lie within 2 pixels is 1.7 times as much, so matches want a robust estimator.
     pub fn position_sigma(&self) -> f64 {
-        0.1f64.hypot(0.045 * self.scale)
+        0.08f64.hypot(0.02 * self.scale)
     }
 }
 
@@ -130,7 +138,7 @@ impl SiftFeatures {
     ///
     /// # Errors
     /// `NotFinite`; `InvalidArgument` where keypoints and descriptors differ in number, for more than
-    /// [`MAX_FEATURES`] and for a scale that is not positive.
+    /// [`MAX_FEATURES`], for a scale that is not positive and an elongation below 1 or above 1000.
     pub fn new(keypoints: Vec<SiftKeypoint>, descriptors: Vec<Descriptor>) -> Result<Self> {
         let n = keypoints.len();
         if n != descriptors.len() {
@@ -200,7 +208,8 @@ impl Detector {
     fn new([width, height]: [usize; 2], options: &SiftOptions) -> Self {
         let (first, factor) = if options.upsample { (-1, 2) } else { (0, 1) };
         let (mut width, mut height) = (factor * width, factor * height);
-        let mut blur = Some((SIGMA.powi(2) - (factor as f64 * ASSUMED_BLUR).powi(2)).sqrt());
+        let lacking = SIGMA.powi(2) - (factor as f64 * ASSUMED_BLUR).powi(2);
+        let mut blur = Some((lacking + if options.upsample { INTERPOLATION_BLUR } else { 0.0 }).sqrt());
         let mut octaves = Vec::new();
         while width.min(height) >= MIN_IMAGE_SIDE as usize {
             octaves.push(Stage {
@@ -240,20 +249,29 @@ impl Detector {
     }
 
     fn push(&mut self, fill: impl FnOnce(&mut [f32])) {
-        self.octaves[0].octave.push(fill);
-        for i in 0..self.octaves.len() {
-            let (stage, rest) = self.octaves[i..].split_at_mut(1);
-            let stage = &mut stage[0];
-            stage.search(&mut self.found);
-            let Some(next) = rest.first_mut() else { break };
-            // Every second pixel of the level with twice the first one's blur.
-            while stage.handed < stage.octave.rows(INTERVALS) {
-                if stage.handed % 2 == 0 && next.octave.rows(0) < next.octave.height() {
-                    let from = stage.octave.row(INTERVALS, stage.handed);
-                    next.octave.push(|row| row.iter_mut().zip(from.iter().step_by(2)).for_each(|(out, v)| *out = *v));
-                }
-                stage.handed += 1;
+        if let Some(first) = self.octaves.first_mut() {
+            first.octave.push(fill);
+            advance(&mut self.octaves, &mut self.found);
+        }
+    }
+}
+
+/// Works out and searches what the first octave's last row allows, and hands every second pixel of the
+/// level with twice the first one's blur to the next octave.
+fn advance(octaves: &mut [Stage], found: &mut Found) {
+    let Some((stage, rest)) = octaves.split_first_mut() else { return };
+    while stage.octave.advance() {
+        stage.search(found);
+        while stage.handed < stage.octave.rows(INTERVALS) {
+            if let Some(next) = rest.first_mut()
+                && stage.handed % 2 == 0
+                && stage.handed / 2 < next.octave.height()
+            {
+                let from = stage.octave.row(INTERVALS, stage.handed);
+                next.octave.push(|row| row.iter_mut().zip(from.iter().step_by(2)).for_each(|(out, v)| *out = *v));
+                advance(rest, found);
             }
+            stage.handed += 1;
         }
     }
 }
@@ -351,36 +369,4 @@ fn order(a: &SiftKeypoint, b: &SiftKeypoint) -> Ordering {
     let key = |k: &SiftKeypoint| [-k.response, k.y, k.x, k.scale, k.angle];
     let (a, b) = (key(a), key(b));
     a.iter().zip(&b).map(|(a, b)| a.total_cmp(b)).find(|o| o.is_ne()).unwrap_or(Ordering::Equal)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Against the eigenvectors of the curvature's matrix.
-    #[test]
-    fn a_keypoint_is_elongated_along_its_lesser_curvature() {
-        for (i, sign) in [(0, 1.0), (1, 1.0), (2, -1.0), (3, -1.0), (4, 1.0), (5, -1.0)] {
-            let angle = -1.4 + 0.55 * f64::from(i);
-            let along = Vector2::new(angle.cos(), angle.sin());
-            let across = Vector2::new(-along.y, along.x);
-            let h = (along * along.transpose() * 0.5 + across * across.transpose() * 4.5) * sign;
-            let (elongation, direction) = elongation([h.m11, h.m12, h.m22]);
-            assert!((elongation - 3.0).abs() < 1e-12);
-            assert!((direction - angle).sin().abs() < 1e-12 && direction.abs() <= FRAC_PI_2, "{direction} {angle}");
-            let k = SiftKeypoint {
-                x: 0.0,
-                y: 0.0,
-                scale: 1.0,
-                angle: 0.0,
-                response: 1.0,
-                octave: 0,
-                elongation,
-                direction,
-            };
-            // The inverse curvature, in units of the greater one's.
-            assert!((k.shape() - h.try_inverse().unwrap() * (4.5 * sign)).amax() < 1e-9);
-        }
-        assert_eq!(super::elongation([2.0, 0.0, 2.0]).0, 1.0);
-    }
 }

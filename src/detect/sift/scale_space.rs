@@ -53,7 +53,7 @@ impl Rows {
 
     /// Row `y`, one of the last `capacity`, with its padding.
     fn row(&self, y: usize) -> &[f32] {
-        //debug_assert!(y < self.next && y + self.capacity >= self.next);
+        debug_assert!(y < self.next && y + self.capacity >= self.next);
         let start = (y % self.capacity) * self.stride;
         &self.data[start..start + self.stride]
     }
@@ -92,7 +92,7 @@ impl Octave {
             // How far the last level is behind this one.
             let lag: usize = filters[i..].iter().map(|f| f.radius() + BATCH).sum();
             let capacity =
-                if i < inputs { 2 * filters[i].radius() + 1 + 2 * BATCH } else { lag + 2 * REACH + BATCH + 2 };
+                if i < inputs { 2 * filters[i].radius() + 1 + 2 * BATCH } else { lag + 2 * REACH + 2 * BATCH + 2 };
             Rows::new(stride, capacity.min(height))
         });
         let rows = rows.collect();
@@ -117,21 +117,29 @@ impl Octave {
         self.rows[self.rows.len() - LEVELS + level].next
     }
 
-    /// Takes the next row, which `fill` writes, and works out what can be.
+    /// Takes the next row, which `fill` writes.
     pub fn push(&mut self, fill: impl FnOnce(&mut [f32])) {
         let width = self.width;
         fill(&mut self.rows[0].push()[..width]);
+    }
+
+    /// Works out the next few rows of every level that has its sources; whether there were any. To be
+    /// called after every row until there are none: the levels keep what is needed no longer than that.
+    pub fn advance(&mut self) -> bool {
+        let mut any = false;
         for (i, gaussian) in self.filters.iter().enumerate() {
             let (before, after) = self.rows.split_at_mut(i + 1);
             let (source, target) = (&before[i], &mut after[0]);
             // Beyond the last row it is repeated.
             let ready =
                 if source.next == self.height { self.height } else { source.next.saturating_sub(gaussian.radius()) };
-            while ready - target.next >= BATCH || (ready == self.height && ready > target.next) {
+            if ready >= target.next + BATCH || (ready == self.height && ready > target.next) {
                 let ys = target.next..ready.min(target.next + BATCH);
                 blur(source, target, gaussian, ys, self.width, self.height, &mut self.lines);
+                any = true;
             }
         }
+        any
     }
 }
 

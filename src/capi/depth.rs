@@ -1,0 +1,205 @@
+//! Depth maps
+//!
+//! For every pixel of a camera the depth along its optical axis, as depth cameras give it, registered
+//! to their colour image. The map is a copy: the caller's memory is free after the call.
+
+use std::ffi::c_char;
+use std::path::Path;
+
+use super::args::{Out, PTZCAL_MAX_COUNT, array, number, string};
+use super::call::{ErrorOut, guard, guard_or};
+use super::error::ptzcal_error;
+use super::handle::{Handle, HandleOut, borrow, free};
+use super::status::ptzcal_status;
+use crate::error::{Error, Result};
+use crate::format::read_depth;
+use crate::image::DepthMap;
+
+/// Depths of an image's pixels. Immutable: any number of threads may read it.
+pub struct ptzcal_depth_map(pub(super) DepthMap);
+
+impl Handle for ptzcal_depth_map {
+    const NAME: &'static str = "depth map";
+}
+
+/// Rows of `width` values, `stride` values apart, without the padding.
+fn packed<T: Copy>(values: &[T], width: usize, stride: usize) -> impl Iterator<Item = T> {
+    values.chunks(stride.max(1)).flat_map(move |row| row[..width].iter().copied())
+}
+
+/// Values that a map of this size takes; refuses strides that are too short.
+fn count(width: u32, height: u32, stride: usize) -> Result<usize> {
+    if width == 0 || height == 0 {
+        return Err(Error::invalid("depth", format!("{width} x {height} pixels")));
+    }
+    if stride < width as usize || stride > PTZCAL_MAX_COUNT {
+        return Err(Error::invalid("stride", format!("{stride} for rows of {width}")));
+    }
+    let count = stride.checked_mul(height as usize - 1).and_then(|n| n.checked_add(width as usize));
+    count
+        .filter(|n| *n <= PTZCAL_MAX_COUNT)
+        .ok_or_else(|| Error::invalid("depth", format!("{width} x {height} pixels with stride {stride}")))
+}
+
+fn positive(metres: f64) -> Result<f64> {
+    let metres = number(metres, "metres")?;
+    if metres > 0.0 { Ok(metres) } else { Err(Error::invalid("metres", format!("{metres} per unit"))) }
+}
+
+/// Makes a depth map of 16-bit values, as most depth cameras give; 0 is no depth.
+///
+/// @param values Rows from the top, `stride` values apart.
+/// @param width  Pixels.
+/// @param height Pixels.
+/// @param stride Values from a row to the next, at least `width`.
+/// @param metres Metres per unit: 0.001 for millimetres.
+/// @param map    Receives the map; free it with ptzcal_depth_map_free.
+/// @param error  Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE.
+///
+/// Threads: free.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_depth_map_new_u16(
+    values: *const u16,
+    width: u32,
+    height: u32,
+    stride: usize,
+    metres: f64,
+    map: *mut *mut ptzcal_depth_map,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let map = unsafe { HandleOut::new(map)? };
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let values = unsafe { array(values, count(width, height, stride)?, "values")? };
+        let metres = positive(metres)?;
+        let depths = packed(values, width as usize, stride).map(|z| (f64::from(z) * metres) as f32);
+        map.give(ptzcal_depth_map(DepthMap::new(width, height, depths.collect())?));
+        Ok(())
+    })
+}
+
+/// Makes a depth map of floats; what is not a positive number (0, negative, NaN, infinite) is no depth.
+///
+/// @param values Rows from the top, `stride` values apart.
+/// @param width  Pixels.
+/// @param height Pixels.
+/// @param stride Values from a row to the next, at least `width`.
+/// @param metres Metres per unit: 1 for metres.
+/// @param map    Receives the map; free it with ptzcal_depth_map_free.
+/// @param error  Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE for `metres`.
+///
+/// Threads: free.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_depth_map_new_f32(
+    values: *const f32,
+    width: u32,
+    height: u32,
+    stride: usize,
+    metres: f64,
+    map: *mut *mut ptzcal_depth_map,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let map = unsafe { HandleOut::new(map)? };
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let values = unsafe { array(values, count(width, height, stride)?, "values")? };
+        let metres = positive(metres)?;
+        let depths = packed(values, width as usize, stride).map(|z| (f64::from(z) * metres) as f32);
+        map.give(ptzcal_depth_map(DepthMap::new(width, height, depths.collect())?));
+        Ok(())
+    })
+}
+
+/// Reads a depth map: a PNG or PGM with one channel of 16 bits; 0 is no depth.
+///
+/// @param path   The file.
+/// @param metres Metres per unit: 0.001 for millimetres.
+/// @param map    Receives the map; free it with ptzcal_depth_map_free.
+/// @param error  Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_FILE_FORMAT;
+///         PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE.
+///
+/// Threads: free.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_depth_map_read(
+    path: *const c_char,
+    metres: f64,
+    map: *mut *mut ptzcal_depth_map,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (map, path) = unsafe { (HandleOut::new(map)?, string(path, "path")?) };
+        map.give(ptzcal_depth_map(read_depth(Path::new(path), positive(metres)?)?));
+        Ok(())
+    })
+}
+
+/// Frees a depth map.
+///
+/// @param map The map; may be NULL: nothing happens.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_depth_map_free(map: *mut ptzcal_depth_map) {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    guard_or((), || unsafe { free(map) })
+}
+
+/// Size of a depth map and how many of its pixels have a depth.
+///
+/// @param map    The map.
+/// @param width  Receives the width, pixels; may be NULL.
+/// @param height Receives the height, pixels; may be NULL.
+/// @param known  Receives the number of pixels with a depth; may be NULL.
+/// @param error  Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK.
+///
+/// Threads: shared.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_depth_map_size(
+    map: *const ptzcal_depth_map,
+    width: *mut u32,
+    height: *mut u32,
+    known: *mut usize,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (map, width, height, known) = unsafe {
+            (
+                borrow(map)?,
+                Out::optional(width, "width")?,
+                Out::optional(height, "height")?,
+                Out::optional(known, "known")?,
+            )
+        };
+        if let Some(width) = width {
+            width.write(map.0.width() as u32);
+        }
+        if let Some(height) = height {
+            height.write(map.0.height() as u32);
+        }
+        if let Some(known) = known {
+            known.write(map.0.known());
+        }
+        Ok(())
+    })
+}
