@@ -12,10 +12,14 @@ use std::sync::OnceLock;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+#[path = "support/board_pictures.rs"]
+mod board_pictures;
 #[path = "support/data.rs"]
 mod data;
 #[path = "support/library.rs"]
 mod library;
+#[path = "support/thesis.rs"]
+mod thesis;
 
 use library::{library, root};
 
@@ -139,7 +143,7 @@ fn example_scans_the_simulator() {
 
 #[test]
 fn example_calibrates_from_rgbd() {
-    let Some(folder) = folder("rgbd_nyu") else { return };
+    let Some(folder) = data::folder("rgbd_nyu") else { return };
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
     let (colour, depth, fixed) = (file("color4.png"), file("depth4.pgm"), file("color5.png"));
     let pictures = tempfile::tempdir().unwrap();
@@ -172,6 +176,102 @@ fn example_adjusts_rig_and_cameras() {
         let (off, sigma) = (number(line, "within"), number(line, "sigma"));
         assert!(off < 3.5 * sigma && sigma < 4.0, "{line}");
     }
+}
+
+fn write_pgm(path: &Path, width: u32, height: u32, grey: &[u8]) {
+    let mut file = File::create(path).unwrap();
+    write!(file, "P5\n{width} {height}\n255\n").unwrap();
+    file.write_all(grey).unwrap();
+}
+
+/// The first number behind `what` and the one behind the next "+-".
+fn measured(line: &str, what: &str) -> (f64, f64) {
+    let mut words = line.split(what).nth(1).unwrap_or_else(|| panic!("{what}: {line}")).split_whitespace();
+    let mut number = || words.next().unwrap().trim_end_matches(',').parse().unwrap_or(f64::NAN);
+    let value = number();
+    number();
+    (value, number())
+}
+
+/// Rendered pictures of two zoom positions, with two that are no use.
+#[test]
+fn example_calibrates_a_ptz_from_a_folder() {
+    use nalgebra::Vector3;
+    use ptzcal::geometry::{Camera, Intrinsics, Rigid, rigid};
+    let folder = tempfile::tempdir().unwrap();
+    let spec = ptzcal::rig_calibration::ChessboardSpec { columns: 9, rows: 6, square: 0.04 };
+    let rig = thesis::rig();
+    let mut noise = thesis::Noise::new(8);
+    let turns = [[0.5, 0.1], [-0.4, 0.4], [0.1, -0.5], [0.4, 0.4], [-0.3, -0.4], [0.0, 0.5], [-0.5, 0.0]];
+    for (zoom, f, near, far) in [("1x", 800.0, 1.0, 2.5), ("3x", 2400.0, 2.4, 5.0)] {
+        let camera = Camera { intrinsics: Intrinsics::new(f, 360.0, 288.0), ..rig.head_camera(0.0, 0.0) };
+        let inner = folder.path().join(zoom);
+        std::fs::create_dir(&inner).unwrap();
+        for (i, [x, y]) in turns.into_iter().enumerate() {
+            let z = near + (far - near) * i as f64 / 6.0;
+            let rotation = rigid::exp(&Vector3::new(x, y, 0.1));
+            let l = rig.laser;
+            let hit = Vector3::new(l.x0 + l.vx * z, l.y0 + l.vy * z, z);
+            let pose = Rigid { rotation, translation: hit - rotation * Vector3::new(0.02, 0.02, 0.0) };
+            let scene = board_pictures::Scene {
+                camera: &camera,
+                spec: &spec,
+                pose,
+                line: l,
+                beam: 0.0015,
+                blur: 0.8,
+                noise: 2.0,
+            };
+            for (image, end) in scene.render(&mut noise).iter().zip(["off", "on"]) {
+                write_pgm(&inner.join(format!("view{i}-{end}.pgm")), image.width, image.height, &image.data);
+            }
+        }
+    }
+    let grey = vec![90; 720 * 576];
+    write_pgm(&folder.path().join("1x/empty-off.pgm"), 720, 576, &grey);
+    write_pgm(&folder.path().join("1x/empty-on.pgm"), 720, 576, &grey);
+    let output = folder.path().join("zoom.json");
+    let example = "examples/python/calibrate_ptz_from_folder.py";
+    let paths = [folder.path().to_str().unwrap(), output.to_str().unwrap()];
+    let Some(text) = run(&[example, paths[0], "9x6", "0.04", paths[1]]) else { return };
+    println!("{text}");
+    let line = |start: &str| text.lines().find(|l| l.starts_with(start)).unwrap_or_else(|| panic!("{start}: {text}"));
+    assert!(line("zoom 1 empty-off.pgm").contains("NOT USED: no chessboard"), "{text}");
+    assert_eq!(text.lines().filter(|l| l.contains("NOT USED")).count(), 1, "{text}");
+    assert!(line("zoom 1:").contains("7 of 8 views") && line("zoom 3:").contains("7 of 7 views"), "{text}");
+    for (zoom, f) in [("zoom 1:", 800.0), ("zoom 3:", 2400.0)] {
+        let (found, sigma) = measured(line(zoom), "fx ");
+        assert!((found - f).abs() < 4.0 * sigma && sigma < 0.01 * f, "{text}");
+    }
+    for laser in text.lines().filter(|l| l.starts_with("  laser")) {
+        for (what, truth) in [("x0 ", 100.0), ("y0 ", 5.0), ("vx ", -5.0), ("vy ", 3.0)] {
+            let (found, sigma) = measured(laser, what);
+            // Printed to two decimals.
+            assert!((found - truth).abs() < 4.0 * sigma + 0.01 && sigma < 2.0, "{what}: {laser}");
+        }
+    }
+    assert!(line("the laser at 2 positions").contains("one line"), "{text}");
+    let curve = ptzcal::format::read_zoom_curve(&output).unwrap();
+    assert_eq!(curve.range(), [1.0, 3.0]);
+}
+
+/// The same on photographs: lens only, one position.
+#[test]
+fn example_calibrates_a_camera_from_photographs() {
+    let Some(photographs) = data::folder("bouguet_opencv_stereo14") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    for i in 1..=14 {
+        let name = format!("left{i:02}");
+        let grey = image::open(photographs.join(&name).with_extension("jpg")).unwrap().to_luma8();
+        write_pgm(&folder.path().join(name).with_extension("pgm"), grey.width(), grey.height(), grey.as_raw());
+    }
+    let example = "examples/python/calibrate_ptz_from_folder.py";
+    let Some(text) = run(&[example, folder.path().to_str().unwrap(), "9x6", "0.03"]) else { return };
+    println!("{text}");
+    let line = text.lines().find(|l| l.starts_with("zoom 0: 14 of 14 views used")).unwrap();
+    let ((fx, sigma), (cx, _)) = (measured(line, "fx "), measured(line, "cx "));
+    assert!((fx - 532.99).abs() < 2.0 && sigma < 1.0 && (cx - 341.76).abs() < 2.0, "{text}");
+    assert!(text.contains("no laser line") && text.contains("no rig over zoom"), "{text}");
 }
 
 /// The README's block in a language that names `what`.

@@ -23,6 +23,9 @@ mod real;
 mod simulated;
 #[path = "../../tests/support/thesis.rs"]
 mod thesis;
+mod zoom;
+#[path = "../../tests/support/zoom.rs"]
+mod zoom_truth;
 
 use std::io::Write;
 
@@ -60,6 +63,9 @@ fn main() -> std::io::Result<()> {
     }
     if wanted("boards") {
         boards::run(scale(400), &mut report);
+    }
+    if wanted("zoom") {
+        zoom::run(scale(400), &mut report);
     }
     if wanted("outliers") {
         outliers::run(scale(1000), &mut report);

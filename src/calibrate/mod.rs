@@ -24,7 +24,7 @@ mod start;
 pub mod uncertainty;
 pub(crate) mod weakness;
 
-pub use boards::{BoardCalibration, BoardCorner, Boards, calibrate_from_boards};
+pub use boards::{BoardCalibration, BoardCorner, BoardPose, BoardSpot, Boards, calibrate_from_boards};
 pub use check::{FitCheck, Suspect};
 pub use correspondences::{Correspondences, Observation};
 pub use laser_line::{LaserCalibration, calibrate_laser_line};
@@ -36,6 +36,7 @@ pub use weakness::Weakness;
 use nalgebra::{DMatrix, Vector2};
 
 use crate::control::Cancel;
+use crate::error::Result;
 use crate::format::{CalibrationRecord, CameraRecord};
 use crate::geometry::{Camera, Distortion, Intrinsics};
 
@@ -76,6 +77,14 @@ pub struct CalibrationOptions {
     pub seed: u64,
     pub max_iterations: usize,
     pub cancel: Cancel,
+}
+
+impl CalibrationOptions {
+    /// # Errors
+    /// `InvalidArgument`, `NotFinite`: an option out of its range.
+    pub fn validate(&self) -> Result<()> {
+        solve::validate(self)
+    }
 }
 
 impl Default for CalibrationOptions {

@@ -22,7 +22,7 @@ use crate::format::{
 
 /// # Safety
 /// As for [`string`].
-unsafe fn path(ptr: *const c_char) -> Result<PathBuf> {
+pub(super) unsafe fn path(ptr: *const c_char) -> Result<PathBuf> {
     // SAFETY: by this function's contract.
     Ok(PathBuf::from(unsafe { string(ptr, "path")? }))
 }

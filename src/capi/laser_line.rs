@@ -25,6 +25,12 @@ impl Handle for ptzcal_laser_calibration {
     const NAME: &'static str = "laser";
 }
 
+impl From<LaserCalibration> for ptzcal_laser_calibration {
+    fn from(laser: LaserCalibration) -> Self {
+        Self(laser)
+    }
+}
+
 /// A laser's line in its camera's frame: points (x0 + vx Z, y0 + vy Z, Z).
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]

@@ -1,5 +1,5 @@
-//! Files: cameras as JSON of our own and as OpenCV's YAML, point clouds as PLY, photographs and depth
-//! maps as PNG, JPEG (photographs only) or PNM.
+//! Files: cameras as JSON of our own and as OpenCV's YAML, rigs over zoom, point clouds as PLY,
+//! photographs and depth maps as PNG, JPEG (photographs only) or PNM.
 //!
 //! A file is written whole or not at all, and read whole or not at all: what is missing, damaged,
 //! too large or of another version is an error that says where.
@@ -9,9 +9,11 @@ pub mod model_json;
 pub mod opencv_yaml;
 pub mod picture;
 pub mod ply;
+pub mod zoom_json;
 
 pub use file::write_atomically;
 pub use model_json::{CalibrationRecord, CameraRecord, read_camera, write_camera};
 pub use opencv_yaml::{OpenCvCamera, read_opencv_yaml, write_opencv_yaml};
 pub use picture::{read_depth, read_picture, write_png};
 pub use ply::{PointCloud, read_ply, write_ply};
+pub use zoom_json::{read_zoom_curve, write_zoom_curve};

@@ -57,11 +57,14 @@ pub fn to_json(record: &CameraRecord) -> Result<String> {
     if let Some(c) = &record.calibration {
         c.validate()?;
     }
+    text_of(&FileSchema::from(record))
+}
+
+/// The text of a file that a person can read.
+pub(super) fn text_of(file: &impl Serialize) -> Result<String> {
     let mut text = Vec::new();
     let mut serializer = serde_json::Serializer::with_formatter(&mut text, Layout::default());
-    FileSchema::from(record)
-        .serialize(&mut serializer)
-        .map_err(|e| Error::Internal { reason: format!("camera to JSON: {e}") })?;
+    file.serialize(&mut serializer).map_err(|e| Error::Internal { reason: format!("to JSON: {e}") })?;
     text.push(b'\n');
     String::from_utf8(text).map_err(|e| Error::Internal { reason: e.to_string() })
 }
@@ -134,9 +137,9 @@ impl CalibrationRecord {
 }
 
 #[derive(Deserialize)]
-struct Header {
-    format: String,
-    version: u32,
+pub(super) struct Header {
+    pub format: String,
+    pub version: u32,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -156,7 +159,7 @@ struct FileSchema {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct IntrinsicsSchema {
+pub(super) struct IntrinsicsSchema {
     fx: f64,
     fy: f64,
     skew: f64,
@@ -166,7 +169,7 @@ struct IntrinsicsSchema {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct DistortionSchema {
+pub(super) struct DistortionSchema {
     model: String,
     coefficients: Vec<f64>,
 }
@@ -191,22 +194,54 @@ struct CalibrationSchema {
     inliers: Vec<bool>,
 }
 
-impl From<&CameraRecord> for FileSchema {
-    fn from(record: &CameraRecord) -> Self {
-        let Camera { width, height, intrinsics: k, distortion, pose } = record.camera;
+impl From<&Intrinsics> for IntrinsicsSchema {
+    fn from(k: &Intrinsics) -> Self {
+        Self { fx: k.fx, fy: k.fy, skew: k.skew, cx: k.cx, cy: k.cy }
+    }
+}
+
+impl From<&IntrinsicsSchema> for Intrinsics {
+    fn from(k: &IntrinsicsSchema) -> Self {
+        Self { fx: k.fx, fy: k.fy, skew: k.skew, cx: k.cx, cy: k.cy }
+    }
+}
+
+impl From<&Distortion> for DistortionSchema {
+    fn from(distortion: &Distortion) -> Self {
         let model = match distortion {
             Distortion::None => "none",
             Distortion::BrownConrady(_) => "brown_conrady",
             Distortion::Division(_) => "division",
             Distortion::Fisheye(_) => "fisheye",
         };
+        Self { model: model.into(), coefficients: distortion.coefficients().to_vec() }
+    }
+}
+
+impl TryFrom<&DistortionSchema> for Distortion {
+    type Error = String;
+
+    fn try_from(d: &DistortionSchema) -> std::result::Result<Self, String> {
+        match (d.model.as_str(), d.coefficients.as_slice()) {
+            ("none", []) => Ok(Self::None),
+            ("brown_conrady", &[k1, k2, p1, p2, k3]) => Ok(Self::BrownConrady([k1, k2, p1, p2, k3])),
+            ("division", &[lambda]) => Ok(Self::Division(lambda)),
+            ("fisheye", &[k1, k2, k3, k4]) => Ok(Self::Fisheye([k1, k2, k3, k4])),
+            (model, c) => Err(format!("distortion: model '{model}' with {} coefficients", c.len())),
+        }
+    }
+}
+
+impl From<&CameraRecord> for FileSchema {
+    fn from(record: &CameraRecord) -> Self {
+        let Camera { width, height, intrinsics, distortion, pose } = record.camera;
         Self {
             format: FORMAT.into(),
             version: VERSION,
             image_width: width,
             image_height: height,
-            intrinsics: IntrinsicsSchema { fx: k.fx, fy: k.fy, skew: k.skew, cx: k.cx, cy: k.cy },
-            distortion: DistortionSchema { model: model.into(), coefficients: distortion.coefficients().to_vec() },
+            intrinsics: IntrinsicsSchema::from(&intrinsics),
+            distortion: DistortionSchema::from(&distortion),
             // nalgebra keeps columns.
             pose: PoseSchema { rotation: pose.rotation.transpose().into(), translation: pose.translation.into() },
             calibration: record.calibration.as_ref().map(CalibrationSchema::from),
@@ -232,20 +267,12 @@ impl TryFrom<FileSchema> for CameraRecord {
     type Error = String;
 
     fn try_from(file: FileSchema) -> std::result::Result<Self, String> {
-        let IntrinsicsSchema { fx, fy, skew, cx, cy } = file.intrinsics;
-        let distortion = match (file.distortion.model.as_str(), file.distortion.coefficients.as_slice()) {
-            ("none", []) => Distortion::None,
-            ("brown_conrady", &[k1, k2, p1, p2, k3]) => Distortion::BrownConrady([k1, k2, p1, p2, k3]),
-            ("division", &[lambda]) => Distortion::Division(lambda),
-            ("fisheye", &[k1, k2, k3, k4]) => Distortion::Fisheye([k1, k2, k3, k4]),
-            (model, c) => return Err(format!("distortion: model '{model}' with {} coefficients", c.len())),
-        };
         let rotation = Matrix3::from(file.pose.rotation).transpose();
         let camera = Camera {
             width: file.image_width,
             height: file.image_height,
-            intrinsics: Intrinsics { fx, fy, skew, cx, cy },
-            distortion,
+            intrinsics: Intrinsics::from(&file.intrinsics),
+            distortion: Distortion::try_from(&file.distortion)?,
             pose: Rigid { rotation, translation: file.pose.translation.into() },
         };
         Ok(Self { camera, calibration: file.calibration.map(CalibrationRecord::try_from).transpose()? })

@@ -11,6 +11,8 @@ pub mod plane;
 pub mod rig_model;
 pub mod rig_parameters;
 pub mod rigid;
+pub mod spline;
+pub mod zoom_curve;
 
 pub use camera::{Camera, Intrinsics};
 pub use distortion::Distortion;
@@ -20,5 +22,6 @@ pub use plane::Plane;
 pub use rig_model::RigModel;
 pub use rig_parameters::{RIG_PARAMETERS, RigParameter};
 pub use rigid::Rigid;
+pub use zoom_curve::ZoomCurve;
 
 pub use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix3x4, Vector2, Vector3};

@@ -3237,6 +3237,653 @@ ptzcal_status ptzcal_laser_calibration_copy_inliers(const ptzcal_laser_calibrati
                                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+ * Rigs over zoom
+ *
+ * Lens and laser line of a rig at every zoom between those that were calibrated
+ * (ptzcal_rig_calibrated_get_curve), with covariances: the focal length by a monotone spline, the
+ * principal point and the laser line's image by a smooth one. Zoom is the device's own number, in any
+ * unit that grows or falls with the focal length.
+ * ============================================================================================= */
+
+/** A rig over zoom. Immutable: any number of threads may read it. */
+typedef struct ptzcal_zoom_curve ptzcal_zoom_curve;
+
+/**
+ * Frees a curve.
+ *
+ * @param curve The curve; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_zoom_curve_free(ptzcal_zoom_curve *curve) PTZCAL_NOEXCEPT;
+
+/**
+ * The rig at a zoom; axes through the camera's centre, true encoders.
+ *
+ * @param curve      The curve.
+ * @param zoom       Within the curve's range; of a single calibrated position: that position.
+ * @param model      Receives the rig model; set up by ptzcal_rig_model_init.
+ * @param covariance Receives 49 numbers, 7 x 7: as in ptzcal_laser_line, with the interpolation's own error;
+ *                   may be NULL.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (outside the range);
+ *         PTZCAL_STATUS_LENS_NOT_MONOTONE (the interpolated lens folds inside the image).
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_zoom_curve_get_rig_model(const ptzcal_zoom_curve *curve,
+                                              double zoom,
+                                              ptzcal_rig_model *model,
+                                              double *covariance,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The zooms that a curve answers for.
+ *
+ * @param curve The curve.
+ * @param low   Receives the least.
+ * @param high  Receives the greatest.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_zoom_curve_get_range(const ptzcal_zoom_curve *curve,
+                                          double *low,
+                                          double *high,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes a curve as JSON, every number to its last bit.
+ *
+ * @param curve The curve.
+ * @param path  The file.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_zoom_curve_save(const ptzcal_zoom_curve *curve,
+                                     const char *path,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Reads a curve from a file of ptzcal_zoom_curve_save.
+ *
+ * @param path  The file.
+ * @param curve Receives the curve; free it with ptzcal_zoom_curve_free.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_FILE_FORMAT (the message names the key
+ *         or the line); PTZCAL_STATUS_FILE_VERSION.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_zoom_curve_load(const char *path,
+                                     ptzcal_zoom_curve **curve,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * A calibrated rig
+ *
+ * What became of every zoom position and of every view: nothing that was measured is lost because
+ * something else failed. Zoom positions are numbered from 0, ascending; views as they were added.
+ * ============================================================================================= */
+
+/** A calibrated rig. Immutable: any number of threads may read it. */
+typedef struct ptzcal_rig_calibrated ptzcal_rig_calibrated;
+
+/** What became of a zoom position. */
+typedef struct ptzcal_zoom_position {
+  /** Set by ptzcal_zoom_position_init. */
+  uint32_t struct_size;
+  /** A ptzcal_status: PTZCAL_STATUS_OK when lens and poses were found. */
+  int32_t status;
+  /** A ptzcal_status: PTZCAL_STATUS_OK when the laser's line was found from this position's views. */
+  int32_t laser_status;
+  /** 1 when there is a rig model: a lens, and a line of its own or from the other positions. */
+  uint32_t has_model;
+  /** Views at this position, and how many of them were used. */
+  uint32_t views;
+  /** Views used for the lens. */
+  uint32_t views_used;
+  /** Spots used. */
+  uint32_t spots_used;
+  /** 0. */
+  uint32_t reserved;
+  /** The device's number of the position. */
+  double zoom;
+  /** Root mean square length of the used corners' residuals, pixels. */
+  double rms;
+} ptzcal_zoom_position;
+
+/** The laser's line as all zoom positions see it. */
+typedef struct ptzcal_common_line {
+  /** Set by ptzcal_common_line_init. */
+  uint32_t struct_size;
+  /**
+   * 1 when the positions' lines are one line (a chance of 1 in 1000 or more); else every position keeps
+   * its own.
+   */
+  uint32_t agrees;
+  /** Zoom positions that saw the spot. */
+  uint32_t positions;
+  /** Degrees of freedom of chi2. */
+  uint32_t degrees_of_freedom;
+  /** In the camera's frame at the first of them. Metres. */
+  double x0;
+  /** Metres. */
+  double y0;
+  /** Slope, metres per metre of depth. */
+  double vx;
+  /** Slope, metres per metre of depth. */
+  double vy;
+  /** 4 x 4, row-major: of x0, y0, vx, vy. */
+  double covariance[16];
+  /** Disagreement of the positions' own lines. */
+  double chi2;
+  /** Chance of such a disagreement or a larger one. */
+  double probability;
+  /** When they do not agree: the position without which the others agree best; NaN when nobody can tell. */
+  double odd_zoom;
+} ptzcal_common_line;
+
+/**
+ * Frees a calibrated rig.
+ *
+ * @param calibrated The calibrated rig; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_rig_calibrated_free(ptzcal_rig_calibrated *calibrated) PTZCAL_NOEXCEPT;
+
+/**
+ * How many zoom positions and views there are.
+ *
+ * @param calibrated The calibrated rig.
+ * @param positions  Receives the number of zoom positions.
+ * @param views      Receives the number of views.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_calibrated_count(const ptzcal_rig_calibrated *calibrated,
+                                          uint32_t *positions,
+                                          uint32_t *views,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a zoom position: everything 0.
+ *
+ * @param position The struct.
+ * @param size     sizeof *position.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_zoom_position_init(ptzcal_zoom_position *position,
+                                        size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * What became of a zoom position.
+ *
+ * @param calibrated The calibrated rig.
+ * @param index      The zoom position.
+ * @param position   Receives it; set up by ptzcal_zoom_position_init.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (no such number).
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_calibrated_get_position(const ptzcal_rig_calibrated *calibrated,
+                                                 uint32_t index,
+                                                 ptzcal_zoom_position *position,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Why there is no lens at a zoom position, one line of English UTF-8. The wording may change in any version; decide by the status.
+ *
+ * @param calibrated The calibrated rig; may be NULL.
+ * @param index      The zoom position.
+ * @return A string that lives as long as the calibrated rig; "" when there is no reason, no such number and
+ *         for NULL; never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_rig_calibrated_position_reason(const ptzcal_rig_calibrated *calibrated,
+                                                  uint32_t index) PTZCAL_NOEXCEPT;
+
+/**
+ * Why a zoom position has no laser line of its own, one line of English UTF-8. The wording may change in any version; decide by the status.
+ *
+ * @param calibrated The calibrated rig; may be NULL.
+ * @param index      The zoom position.
+ * @return A string that lives as long as the calibrated rig; "" when there is no reason, no such number and
+ *         for NULL; never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_rig_calibrated_laser_reason(const ptzcal_rig_calibrated *calibrated,
+                                               uint32_t index) PTZCAL_NOEXCEPT;
+
+/**
+ * The rig at a zoom position; axes through the camera's centre, true encoders. Its laser line is the one
+ * that all positions share, if they do.
+ *
+ * @param calibrated The calibrated rig.
+ * @param index      The zoom position.
+ * @param model      Receives the rig model; set up by ptzcal_rig_model_init.
+ * @param covariance Receives 49 numbers, 7 x 7: as in ptzcal_laser_line; may be NULL.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (no such number); why there is no lens, or no laser line.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_calibrated_get_rig_model(const ptzcal_rig_calibrated *calibrated,
+                                                  uint32_t index,
+                                                  ptzcal_rig_model *model,
+                                                  double *covariance,
+                                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Lens and poses of a zoom position, from its own views alone.
+ *
+ * @param calibrated The calibrated rig.
+ * @param index      The zoom position.
+ * @param boards     Receives a calibration of its own; free it with ptzcal_board_calibration_free.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (no such number); why there is none.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_calibrated_copy_boards(const ptzcal_rig_calibrated *calibrated,
+                                                uint32_t index,
+                                                ptzcal_board_calibration **boards,
+                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Lens, poses and laser line of a zoom position, from its own views alone.
+ *
+ * @param calibrated The calibrated rig.
+ * @param index      The zoom position.
+ * @param laser      Receives a calibration of its own; free it with ptzcal_laser_calibration_free.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (no such number); why there is none.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_calibrated_copy_laser(const ptzcal_rig_calibrated *calibrated,
+                                               uint32_t index,
+                                               ptzcal_laser_calibration **laser,
+                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a line: everything 0.
+ *
+ * @param line The struct.
+ * @param size sizeof *line.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_common_line_init(ptzcal_common_line *line, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * The laser's line as all zoom positions see it, and whether they agree.
+ *
+ * @param calibrated The calibrated rig.
+ * @param line       Receives the line; set up by ptzcal_common_line_init.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FOUND (fewer than two zoom positions saw the spot).
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_calibrated_get_common_line(const ptzcal_rig_calibrated *calibrated,
+                                                    ptzcal_common_line *line,
+                                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The rig over zoom, from all positions that have a rig model.
+ *
+ * @param calibrated The calibrated rig.
+ * @param curve      Receives a curve of its own; free it with ptzcal_zoom_curve_free.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS (no position has a rig model);
+ *         PTZCAL_STATUS_INVALID_ARGUMENT (the focal length does not grow or fall from position to position:
+ *         the message names two).
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_calibrated_get_curve(const ptzcal_rig_calibrated *calibrated,
+                                              ptzcal_zoom_curve **curve,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Views of a calibrated rig
+ *
+ * What became of each picture: its corners, their residuals, the board's pose, the spot, and the
+ * reason where something was not used.
+ * ============================================================================================= */
+
+/** What became of a view. */
+typedef struct ptzcal_rig_view {
+  /** Set by ptzcal_rig_view_init. */
+  uint32_t struct_size;
+  /** A ptzcal_status: PTZCAL_STATUS_OK when the view was used; ptzcal_rig_calibrated_view_reason says why not. */
+  int32_t status;
+  /** A ptzcal_status: PTZCAL_STATUS_OK when its spot was used, or there is no picture with the laser on. */
+  int32_t spot_status;
+  /** 1 when a spot was seen. */
+  uint32_t has_spot;
+  /** 1 when the board's pose is known. */
+  uint32_t has_pose;
+  /** 0. */
+  uint32_t reserved;
+  /** Corners found. */
+  uint64_t corners;
+  /** Corners used. */
+  uint64_t inliers;
+  /** The device's number of the zoom position. */
+  double zoom;
+  /** Root mean square length of the used corners' residuals, pixels. */
+  double rms;
+  /** The spot's pixel. */
+  double spot[2];
+  /** Measured minus predicted, pixels; 0 where none is predicted. */
+  double spot_residual[2];
+  /** R, row-major: board axes to camera axes. The board's plane is R's third column through t. */
+  double rotation[9];
+  /** t: the middle of the board's corners in the camera frame, metres. */
+  double translation[3];
+} ptzcal_rig_view;
+
+/**
+ * Sets up a view: no turn, everything else 0.
+ *
+ * @param rig_view The struct.
+ * @param size     sizeof *rig_view.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_view_init(ptzcal_rig_view *rig_view, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * What became of a view.
+ *
+ * @param calibrated The calibrated rig.
+ * @param view       The view.
+ * @param rig_view   Receives it; set up by ptzcal_rig_view_init.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (no such number).
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_calibrated_get_view(const ptzcal_rig_calibrated *calibrated,
+                                             uint32_t view,
+                                             ptzcal_rig_view *rig_view,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Why a view was not used, one line of English UTF-8. The wording may change in any version; decide by the status.
+ *
+ * @param calibrated The calibrated rig; may be NULL.
+ * @param view       The view.
+ * @return A string that lives as long as the calibrated rig; "" when there is no reason, no such number and
+ *         for NULL; never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_rig_calibrated_view_reason(const ptzcal_rig_calibrated *calibrated,
+                                              uint32_t view) PTZCAL_NOEXCEPT;
+
+/**
+ * Why a view's spot was not used, one line of English UTF-8. The wording may change in any version; decide by the status.
+ *
+ * @param calibrated The calibrated rig; may be NULL.
+ * @param view       The view.
+ * @return A string that lives as long as the calibrated rig; "" when there is no reason, no such number and
+ *         for NULL; never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_rig_calibrated_spot_reason(const ptzcal_rig_calibrated *calibrated,
+                                              uint32_t view) PTZCAL_NOEXCEPT;
+
+/**
+ * The corners of a view, for tables and pictures.
+ *
+ * @param calibrated The calibrated rig.
+ * @param view       The view.
+ * @param board_xy   Receives n x 2 numbers: places on the board, metres; may be NULL.
+ * @param uv         Receives n x 2 numbers: their pixels; may be NULL.
+ * @param residuals  Receives n x 2 numbers: measured minus predicted, px; infinite where none is predicted; may be NULL.
+ * @param inliers    Receives n numbers: 1 for a corner that was used; may be NULL.
+ * @param capacity   How many corners each array holds.
+ * @param needed     Receives n, also when it is more than the capacity; may be NULL.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (no such view); PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_calibrated_copy_corners(const ptzcal_rig_calibrated *calibrated,
+                                                 uint32_t view,
+                                                 double *board_xy,
+                                                 double *uv,
+                                                 double *residuals,
+                                                 uint8_t *inliers,
+                                                 size_t capacity,
+                                                 size_t *needed,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Calibrating a rig from pictures
+ *
+ * The whole way from pictures of a chessboard to a rig: the board held in different ways 1 to 5 m
+ * away, tilted by 20 to 40 degrees this way and that, near and far; of each place one picture with
+ * the laser off and one with it on; for one zoom position, or for several. Views in which nothing is
+ * found keep the reason and cost nothing else; a zoom position that stays open costs none of the
+ * others. Without pictures with the laser on, the lens alone is calibrated. Views are numbered from 0
+ * in the order of adding.
+ * ============================================================================================= */
+
+/** Views of chessboards by the camera of a rig. */
+typedef struct ptzcal_rig_calibration ptzcal_rig_calibration;
+
+/**
+ * Makes an empty set of views. The options are copied.
+ *
+ * @param columns     Inner corners in a row of the board, 3 to 128.
+ * @param rows        Inner corners in a column, 3 to 128. With one even and one odd number boards cannot be
+ *                    mistaken for turned ones.
+ * @param square      Side of a square, metres.
+ * @param options     Lens model and how it is fitted, without a fixed lens; may be NULL: the defaults.
+ * @param spot        The search for the spot, which is looked for on the board only; may be NULL: the
+ *                    defaults.
+ * @param calibration Receives the set; free it with ptzcal_rig_calibration_free.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (a board that cannot be, a fixed lens, options
+ *         out of range); PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_calibration_new(uint32_t columns,
+                                         uint32_t rows,
+                                         double square,
+                                         const ptzcal_calibration_options *options,
+                                         const ptzcal_spot_options *spot,
+                                         ptzcal_rig_calibration **calibration,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a set of views. What was calibrated from it lives on.
+ *
+ * @param calibration The set; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_rig_calibration_free(ptzcal_rig_calibration *calibration) PTZCAL_NOEXCEPT;
+
+/**
+ * The board of the views that are added from now on: near, or at a long focal length, a smaller one
+ * fits into the image.
+ *
+ * @param calibration The set.
+ * @param columns     Inner corners in a row, 3 to 128.
+ * @param rows        Inner corners in a column, 3 to 128.
+ * @param square      Side of a square, metres.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_calibration_set_board(ptzcal_rig_calibration *calibration,
+                                               uint32_t columns,
+                                               uint32_t rows,
+                                               double square,
+                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Whether the zoom positions share one laser line. They do by default: the laser is fixed to the
+ * camera, and zooming moves the camera's centre along its axis only. The data are asked: where they
+ * contradict it, every position keeps its own line.
+ *
+ * @param calibration The set.
+ * @param share       0: every position keeps its own line; else they share one.
+ * @param pupil_sigma How far the camera's centre moves with the zoom: a standard deviation in metres; 0.05 by
+ *                    default.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (negative); PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_calibration_set_common_line(ptzcal_rig_calibration *calibration,
+                                                     int32_t share,
+                                                     double pupil_sigma,
+                                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a picture of the board with the laser off and one with it on, the head at rest. That nothing
+ * is found in them is no error: the view keeps the reason (ptzcal_rig_calibrated_view_reason).
+ *
+ * @param calibration The set.
+ * @param zoom        The device's own number of the zoom position, in any unit that grows or falls with
+ *                    the focal length; views of one position have the same number.
+ * @param off         With the laser off.
+ * @param on          The same with the laser on; may be NULL: this view is for the lens only.
+ * @param view        Receives the view's number; may be NULL.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (a malformed image, or one of another size than
+ *         those before); PTZCAL_STATUS_BUFFER_TOO_SMALL (a plane's size cannot hold the image);
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_calibration_add_images(ptzcal_rig_calibration *calibration,
+                                                double zoom,
+                                                const ptzcal_image *off,
+                                                const ptzcal_image *on,
+                                                uint32_t *view,
+                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds corners that were found elsewhere.
+ *
+ * @param calibration   The set.
+ * @param zoom          As for ptzcal_rig_calibration_add_images.
+ * @param image_width   Pixels; the same for all views.
+ * @param image_height  Pixels; the same for all views.
+ * @param board_xy      n x 2 numbers: places on the board, metres.
+ * @param uv            n x 2 numbers: their pixels.
+ * @param uv_covariance n x 3 numbers: xx, xy, yy of each pixel, positive definite, px^2; may be NULL: the
+ *                      common noise that the options state, or that the residuals show.
+ * @param n             Number of corners, 4 or more.
+ * @param view          Receives the view's number; may be NULL.
+ * @param error         Receives the error; may be NULL.
+ * @return What ptzcal_boards_add_view returns; PTZCAL_STATUS_INVALID_ARGUMENT also for an image of another
+ *         size than those before.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_calibration_add_corners(ptzcal_rig_calibration *calibration,
+                                                 double zoom,
+                                                 uint32_t image_width,
+                                                 uint32_t image_height,
+                                                 const double *board_xy,
+                                                 const double *uv,
+                                                 const double *uv_covariance,
+                                                 size_t n,
+                                                 uint32_t *view,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets where the laser's spot on the board of a view was seen; replaces what was found.
+ *
+ * @param calibration   The set.
+ * @param view          The view; a board was found in it.
+ * @param uv            2 numbers: the spot's pixel.
+ * @param uv_covariance 3 numbers: xx, xy, yy, positive definite, px^2; may be NULL: the common noise of
+ *                      the corners.
+ * @param error         Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (no such view, no board in it, a covariance
+ *         that is none); PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_calibration_set_spot(ptzcal_rig_calibration *calibration,
+                                              uint32_t view,
+                                              const double *uv,
+                                              const double *uv_covariance,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Calibrates every zoom position: lens, laser line and all board poses by maximum likelihood
+ * together, then one laser line for all positions. What fails at a position is said there
+ * (ptzcal_rig_calibrated_get_position).
+ *
+ * @param calibration The set.
+ * @param calibrated  Receives the answer; free it with ptzcal_rig_calibrated_free.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS (no views); PTZCAL_STATUS_CANCELLED (the options'
+ *         token); PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_calibration_solve(const ptzcal_rig_calibration *calibration,
+                                           ptzcal_rig_calibrated **calibrated,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
  * Calibrating from colour and depth
  *
  * A fixed camera from the views of an auxiliary camera with depth, where both see the same textured

@@ -27,6 +27,9 @@ static ptzcal_line_match_options fixture_line_match_options[1];
 static ptzcal_calibration_summary fixture_calibration_summary[1];
 static ptzcal_board_view fixture_board_view[1];
 static ptzcal_laser_line fixture_laser_line[1];
+static ptzcal_zoom_position fixture_zoom_position[1];
+static ptzcal_rig_view fixture_rig_view[1];
+static ptzcal_common_line fixture_common_line[1];
 static ptzcal_rgbd_options fixture_rgbd_options[1];
 static ptzcal_rgbd_view fixture_rgbd_view[1];
 
@@ -53,6 +56,9 @@ static ptzcal_calibration *fixture_calibration;
 static ptzcal_boards *fixture_boards;
 static ptzcal_board_calibration *fixture_board_calibration;
 static ptzcal_laser_calibration *fixture_laser_calibration;
+static ptzcal_zoom_curve *fixture_zoom_curve;
+static ptzcal_rig_calibration *fixture_rig_calibration;
+static ptzcal_rig_calibrated *fixture_rig_calibrated;
 static ptzcal_roof_edges *fixture_roof_edges;
 static ptzcal_pose_options *fixture_pose_options;
 static ptzcal_pose_estimate *fixture_pose_estimate;
@@ -176,6 +182,27 @@ static inline void make_boards(ptzcal_boards **boards, double noise)
     make_board_view(view, noise, &pose, board_xy, uv, spot);
     CHECK_OK(ptzcal_boards_add_view(*boards, board_xy, uv, NULL, FIXTURE_CORNERS, NULL));
     CHECK_OK(ptzcal_boards_set_spot(*boards, view, spot, NULL, NULL));
+  }
+}
+
+/* The same views at zoom 0, and at zoom 1 with twice the focal length. */
+static inline void make_rig_views(ptzcal_rig_calibration **calibration, double noise)
+{
+  const double centre[2] = {360.0, 288.0};
+  ptzcal_camera pose;
+  double board_xy[2 * FIXTURE_CORNERS], uv[2 * FIXTURE_CORNERS], spot[2];
+  uint32_t view, zoom, added;
+  size_t i;
+  CHECK_OK(ptzcal_rig_calibration_new(5, 4, 0.1, NULL, NULL, calibration, NULL));
+  for (zoom = 0; zoom < 2; zoom++) {
+    for (view = 0; view < FIXTURE_VIEWS; view++) {
+      make_board_view(view, noise, &pose, board_xy, uv, spot);
+      for (i = 0; i < 2 * FIXTURE_CORNERS; i++) uv[i] += (uv[i] - centre[i % 2]) * zoom;
+      for (i = 0; i < 2; i++) spot[i] += (spot[i] - centre[i]) * zoom;
+      CHECK_OK(ptzcal_rig_calibration_add_corners(*calibration, zoom, 720, 576, board_xy, uv, NULL, FIXTURE_CORNERS, &added, NULL));
+      CHECK(added == zoom * FIXTURE_VIEWS + view);
+      CHECK_OK(ptzcal_rig_calibration_set_spot(*calibration, added, spot, NULL, NULL));
+    }
   }
 }
 
@@ -360,6 +387,12 @@ static inline void make_fixtures(void)
   make_boards(&fixture_boards, 0.2);
   CHECK_OK(ptzcal_calibrate_from_boards(fixture_boards, NULL, &fixture_board_calibration, NULL));
   CHECK_OK(ptzcal_calibrate_laser_line(fixture_boards, NULL, NULL, &fixture_laser_calibration, NULL));
+  CHECK_OK(ptzcal_zoom_position_init(fixture_zoom_position, sizeof *fixture_zoom_position));
+  CHECK_OK(ptzcal_rig_view_init(fixture_rig_view, sizeof *fixture_rig_view));
+  CHECK_OK(ptzcal_common_line_init(fixture_common_line, sizeof *fixture_common_line));
+  make_rig_views(&fixture_rig_calibration, 0.2);
+  CHECK_OK(ptzcal_rig_calibration_solve(fixture_rig_calibration, &fixture_rig_calibrated, NULL));
+  CHECK_OK(ptzcal_rig_calibrated_get_curve(fixture_rig_calibrated, &fixture_zoom_curve, NULL));
   CHECK_OK(ptzcal_pose_init(fixture_pose, sizeof *fixture_pose));
   CHECK_OK(ptzcal_pose_options_new(&fixture_pose_options, NULL));
   make_corner(&fixture_roof_edges, 0.0);
@@ -398,6 +431,9 @@ static inline void free_fixtures(void)
   ptzcal_pose_estimate_free(fixture_pose_estimate);
   ptzcal_roof_edges_free(fixture_roof_edges);
   ptzcal_pose_options_free(fixture_pose_options);
+  ptzcal_zoom_curve_free(fixture_zoom_curve);
+  ptzcal_rig_calibrated_free(fixture_rig_calibrated);
+  ptzcal_rig_calibration_free(fixture_rig_calibration);
   ptzcal_laser_calibration_free(fixture_laser_calibration);
   ptzcal_board_calibration_free(fixture_board_calibration);
   ptzcal_boards_free(fixture_boards);

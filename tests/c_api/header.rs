@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 43] = [
+const TOPICS: [&str; 47] = [
     "version",
     "status",
     "error",
@@ -35,6 +35,10 @@ const TOPICS: [&str; 43] = [
     "linear_methods",
     "boards",
     "laser_line",
+    "zoom_curve",
+    "rig_calibrated",
+    "rig_views",
+    "rig_calibration",
     "rgbd",
     "roof_edges",
     "pose",

@@ -22,7 +22,9 @@ use ptzcal::capi::lines_3d::{ptzcal_line_fit_options, ptzcal_line_match_options}
 use ptzcal::capi::pose::ptzcal_pose;
 use ptzcal::capi::progress::ptzcal_progress;
 use ptzcal::capi::rgbd::{ptzcal_rgbd_options, ptzcal_rgbd_view};
+use ptzcal::capi::rig_calibrated::{ptzcal_common_line, ptzcal_zoom_position};
 use ptzcal::capi::rig_model::ptzcal_rig_model;
+use ptzcal::capi::rig_views::ptzcal_rig_view;
 use ptzcal::capi::scan::{ptzcal_region, ptzcal_scan_summary};
 use ptzcal::capi::shot::ptzcal_shot;
 use ptzcal::capi::sift::ptzcal_sift_options;
@@ -64,6 +66,12 @@ fn rust() -> String {
         rms noise_factor condition chi2 degrees_of_freedom probability warnings);
     layout!(out, ptzcal_board_view: struct_size used corners inliers rms rotation translation covariance);
     layout!(out, ptzcal_laser_line: struct_size spots x0 y0 vx vy rms covariance);
+    layout!(out, ptzcal_zoom_position: struct_size status laser_status has_model views views_used spots_used
+        reserved zoom rms);
+    layout!(out, ptzcal_common_line: struct_size agrees positions degrees_of_freedom x0 y0 vx vy covariance
+        chi2 probability odd_zoom);
+    layout!(out, ptzcal_rig_view: struct_size status spot_status has_spot has_pose reserved corners inliers
+        zoom rms spot spot_residual rotation translation);
     layout!(out, ptzcal_rgbd_options: struct_size min_pairs guided lines contrast_threshold edge_ratio
         max_ratio inverse_depth_sigma depth_sigma keypoint_sigma);
     layout!(out, ptzcal_rgbd_view: struct_size features with_depth matches pairs lines);

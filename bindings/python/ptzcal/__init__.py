@@ -50,6 +50,15 @@ from .pictures import DepthMap, Picture, read_image
 from .pose import Pose, PoseMethod, RoofEdges, estimate_pose_roof_edges
 from .rgbd import Rgbd, RgbdLinePairs, RgbdPairs, RgbdView
 from .rig import LogLevel, Rig, Settle
+from .rig_calibration import (
+    CommonLine,
+    RigCalibrated,
+    RigCalibration,
+    RigView,
+    UncertainRig,
+    ZoomCurve,
+    ZoomPosition,
+)
 from .rig_model import PanTilt, RigModel
 from .scan import FixedCamera, Gate, Progress, Region, Scan, Shot
 from .sift import SiftFeatures, SiftMatches, detect_sift, match_sift
@@ -70,6 +79,7 @@ __all__ = [
     "Chessboard",
     "ChessboardAmbiguous",
     "ChessboardNotFound",
+    "CommonLine",
     "Correspondences",
     "DepthMap",
     "DistortionModel",
@@ -98,8 +108,11 @@ __all__ = [
     "RgbdPairs",
     "RgbdView",
     "Rig",
+    "RigCalibrated",
+    "RigCalibration",
     "RigModel",
     "RigParameter",
+    "RigView",
     "RoofEdges",
     "Scan",
     "Settle",
@@ -113,6 +126,9 @@ __all__ = [
     "SpotOptions",
     "Status",
     "Suspect",
+    "UncertainRig",
+    "ZoomCurve",
+    "ZoomPosition",
     "abi_version",
     "calibrate_camera",
     "calibrate_from_boards",

@@ -34,6 +34,7 @@ from ._structs import (
     ptzcal_chessboard_options,
     ptzcal_clock_now_fn,
     ptzcal_clock_sleep_fn,
+    ptzcal_common_line,
     ptzcal_frame_fn,
     ptzcal_image,
     ptzcal_laser_fn,
@@ -49,12 +50,14 @@ from ._structs import (
     ptzcal_rgbd_options,
     ptzcal_rgbd_view,
     ptzcal_rig_model,
+    ptzcal_rig_view,
     ptzcal_scan_summary,
     ptzcal_shot,
     ptzcal_sift_match_options,
     ptzcal_sift_options,
     ptzcal_spot,
     ptzcal_suspect,
+    ptzcal_zoom_position,
 )
 from .errors import Error, error as _error
 
@@ -101,6 +104,9 @@ _adjust_options = POINTER(ptzcal_adjust_options)
 _adjusted_summary = POINTER(ptzcal_adjusted_summary)
 _suspect = POINTER(ptzcal_suspect)
 _ptz = POINTER(ptzcal_ptz)
+_common_line = POINTER(ptzcal_common_line)
+_rig_view = POINTER(ptzcal_rig_view)
+_zoom_position = POINTER(ptzcal_zoom_position)
 _error_out = POINTER(c_void_p)
 
 # fmt: off
@@ -300,6 +306,49 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_laser_calibration_copy_inliers": (
         _status, _handle, _array, c_size_t, _size_out, _error_out,
     ),
+    # Rigs from pictures, and over zoom.
+    "ptzcal_common_line_init": (_status, _common_line, c_size_t),
+    "ptzcal_rig_calibrated_copy_boards": (_status, _handle, c_uint32, _handle_out, _error_out),
+    "ptzcal_rig_calibrated_copy_corners": (
+        _status, _handle, c_uint32, _array, _array,
+        _array, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_rig_calibrated_copy_laser": (_status, _handle, c_uint32, _handle_out, _error_out),
+    "ptzcal_rig_calibrated_count": (_status, _handle, _uint32_out, _uint32_out, _error_out),
+    "ptzcal_rig_calibrated_free": (None, _handle),
+    "ptzcal_rig_calibrated_get_common_line": (_status, _handle, _common_line, _error_out),
+    "ptzcal_rig_calibrated_get_curve": (_status, _handle, _handle_out, _error_out),
+    "ptzcal_rig_calibrated_get_position": (_status, _handle, c_uint32, _zoom_position, _error_out),
+    "ptzcal_rig_calibrated_get_rig_model": (_status, _handle, c_uint32, _model, _array, _error_out),
+    "ptzcal_rig_calibrated_get_view": (_status, _handle, c_uint32, _rig_view, _error_out),
+    "ptzcal_rig_calibrated_laser_reason": (c_char_p, _handle, c_uint32),
+    "ptzcal_rig_calibrated_position_reason": (c_char_p, _handle, c_uint32),
+    "ptzcal_rig_calibrated_spot_reason": (c_char_p, _handle, c_uint32),
+    "ptzcal_rig_calibrated_view_reason": (c_char_p, _handle, c_uint32),
+    "ptzcal_rig_calibration_add_corners": (
+        _status, _handle, c_double, c_uint32, c_uint32,
+        _array, _array, _array, c_size_t, _uint32_out, _error_out,
+    ),
+    "ptzcal_rig_calibration_add_images": (
+        _status, _handle, c_double, _image, _image, _uint32_out, _error_out,
+    ),
+    "ptzcal_rig_calibration_free": (None, _handle),
+    "ptzcal_rig_calibration_new": (
+        _status, c_uint32, c_uint32, c_double, _handle, _handle, _handle_out, _error_out,
+    ),
+    "ptzcal_rig_calibration_set_board": (
+        _status, _handle, c_uint32, c_uint32, c_double, _error_out,
+    ),
+    "ptzcal_rig_calibration_set_common_line": (_status, _handle, c_int32, c_double, _error_out),
+    "ptzcal_rig_calibration_set_spot": (_status, _handle, c_uint32, _array, _array, _error_out),
+    "ptzcal_rig_calibration_solve": (_status, _handle, _handle_out, _error_out),
+    "ptzcal_rig_view_init": (_status, _rig_view, c_size_t),
+    "ptzcal_zoom_curve_free": (None, _handle),
+    "ptzcal_zoom_curve_get_range": (_status, _handle, _double_out, _double_out, _error_out),
+    "ptzcal_zoom_curve_get_rig_model": (_status, _handle, c_double, _model, _array, _error_out),
+    "ptzcal_zoom_curve_load": (_status, c_char_p, _handle_out, _error_out),
+    "ptzcal_zoom_curve_save": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_zoom_position_init": (_status, _zoom_position, c_size_t),
     # What a calibration's covariance means.
     "ptzcal_calibration_project": (
         _status, _handle, _array, _array, c_size_t, _array, _array, _error_out,

@@ -258,6 +258,57 @@ class ptzcal_laser_line(Structure):
     ]
 
 
+class ptzcal_zoom_position(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("status", c_int32),
+        ("laser_status", c_int32),
+        ("has_model", c_uint32),
+        ("views", c_uint32),
+        ("views_used", c_uint32),
+        ("spots_used", c_uint32),
+        ("reserved", c_uint32),
+        ("zoom", c_double),
+        ("rms", c_double),
+    ]
+
+
+class ptzcal_common_line(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("agrees", c_uint32),
+        ("positions", c_uint32),
+        ("degrees_of_freedom", c_uint32),
+        ("x0", c_double),
+        ("y0", c_double),
+        ("vx", c_double),
+        ("vy", c_double),
+        ("covariance", c_double * 16),
+        ("chi2", c_double),
+        ("probability", c_double),
+        ("odd_zoom", c_double),
+    ]
+
+
+class ptzcal_rig_view(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("status", c_int32),
+        ("spot_status", c_int32),
+        ("has_spot", c_uint32),
+        ("has_pose", c_uint32),
+        ("reserved", c_uint32),
+        ("corners", c_uint64),
+        ("inliers", c_uint64),
+        ("zoom", c_double),
+        ("rms", c_double),
+        ("spot", c_double * 2),
+        ("spot_residual", c_double * 2),
+        ("rotation", c_double * 9),
+        ("translation", c_double * 3),
+    ]
+
+
 class ptzcal_pose(Structure):
     _fields_ = [
         ("struct_size", c_uint32),

@@ -170,6 +170,16 @@ class LaserCalibration(Handle):
             None if lens is None else lens._pointer,
             None if options is None else options._pointer,
         )
+        self._read()
+
+    @classmethod
+    def _made(cls, function: Any, *arguments: Any) -> "LaserCalibration":
+        laser = cls.__new__(cls)
+        laser._make(function, *arguments)
+        laser._read()
+        return laser
+
+    def _read(self) -> None:
         self._line = _native.initial(_structs.ptzcal_laser_line)
         call(lib.ptzcal_laser_calibration_get_line, self._pointer, byref(self._line))
 

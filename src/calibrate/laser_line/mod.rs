@@ -18,6 +18,7 @@ use nalgebra::{DMatrix, Matrix4, SMatrix, Vector2};
 use super::BoardCalibration;
 use crate::geometry::RigModel;
 use crate::geometry::rig_model::{AxisOffsets, Encoders, LaserLine};
+use crate::geometry::zoom_curve::rig_covariance;
 
 /// Fewer boards leave the line open.
 pub const MIN_BOARDS: usize = 2;
@@ -52,14 +53,7 @@ impl LaserCalibration {
     /// common scale of fx and fy, cx, cy (pixels). Line and lens come from the same images and are
     /// correlated: a prior must hold them together.
     pub fn rig_covariance(&self) -> SMatrix<f64, 7, 7> {
-        let first = self.covariance.nrows() - 4;
-        let k = &self.boards.calibration.camera.intrinsics;
-        let mut by = DMatrix::zeros(7, self.covariance.nrows());
-        (0..4).for_each(|i| by[(i, first + i)] = 1.0);
-        (by[(4, 0)], by[(4, 1)]) = (0.5 / k.fx, 0.5 / k.fy);
-        (by[(5, 3)], by[(6, 4)]) = (1.0, 1.0);
-        let c = &by * &self.covariance * by.transpose();
-        SMatrix::from_fn(|i, j| 0.5 * (c[(i, j)] + c[(j, i)]))
+        rig_covariance(&self.boards.calibration.camera.intrinsics, &self.covariance)
     }
 
     /// A rig with this lens and laser, axes through the camera's centre and true encoders.

@@ -1,0 +1,126 @@
+//! A rig's lens and laser line over zoom, as versioned JSON.
+
+use std::path::Path;
+
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+
+use super::file::{format_error, read_bounded, write_atomically};
+use super::model_json::{DistortionSchema, Header, IntrinsicsSchema, text_of};
+use crate::error::{Error, Result};
+use crate::geometry::rig_model::LaserLine;
+use crate::geometry::zoom_curve::{ZoomCurve, ZoomNode};
+use crate::geometry::{Distortion, Intrinsics};
+
+const FORMAT: &str = "ptzcal-zoom-curve";
+const VERSION: u32 = 1;
+/// Twice what 64 positions take.
+const MAX_BYTES: u64 = 64 << 20;
+
+/// Writes the file at once: on an error the old one, if any, is still there.
+pub fn write_zoom_curve(path: &Path, curve: &ZoomCurve) -> Result<()> {
+    write_atomically(path, to_json(curve)?.as_bytes())
+}
+
+/// Errors: `FileIo`; `FileVersion`; `FileFormat` that names the key or the line.
+pub fn read_zoom_curve(path: &Path) -> Result<ZoomCurve> {
+    from_json(&read_bounded(path, MAX_BYTES)?, &path.display().to_string())
+}
+
+/// The file's text.
+pub fn to_json(curve: &ZoomCurve) -> Result<String> {
+    text_of(&FileSchema::from(curve))
+}
+
+/// Reads a file's text; `name` is what errors call it. All that [`ZoomCurve::new`] checks is checked.
+pub fn from_json(text: &[u8], name: &str) -> Result<ZoomCurve> {
+    let malformed = |e: serde_json::Error| format_error(name, e.to_string());
+    // Another version may hold anything else, so its number is read alone.
+    let header: Header = serde_json::from_slice(text).map_err(malformed)?;
+    if header.format != FORMAT {
+        return Err(format_error(name, format!("format is '{}', not '{FORMAT}'", header.format)));
+    }
+    if header.version != VERSION {
+        return Err(Error::FileVersion { path: name.into(), found: header.version, supported: VERSION });
+    }
+    let file: FileSchema = serde_json::from_slice(text).map_err(malformed)?;
+    ZoomCurve::try_from(file).map_err(|reason| format_error(name, reason))
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileSchema {
+    format: String,
+    version: u32,
+    image_width: u32,
+    image_height: u32,
+    /// In the order of ascending zoom.
+    positions: Vec<PositionSchema>,
+    /// Of fx fy skew cx cy, the coefficients, x0 y0 vx vy of all positions, position after position.
+    covariance: Vec<Vec<f64>>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PositionSchema {
+    zoom: f64,
+    intrinsics: IntrinsicsSchema,
+    distortion: DistortionSchema,
+    laser: LaserSchema,
+}
+
+/// Metres, and metres per metre of depth.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LaserSchema {
+    x0: f64,
+    y0: f64,
+    vx: f64,
+    vy: f64,
+}
+
+impl From<&ZoomCurve> for FileSchema {
+    fn from(curve: &ZoomCurve) -> Self {
+        let position = |n: &ZoomNode| {
+            let LaserLine { x0, y0, vx, vy } = n.laser;
+            PositionSchema {
+                zoom: n.zoom,
+                intrinsics: IntrinsicsSchema::from(&n.intrinsics),
+                distortion: DistortionSchema::from(&n.distortion),
+                laser: LaserSchema { x0, y0, vx, vy },
+            }
+        };
+        let [image_width, image_height] = curve.size();
+        Self {
+            format: FORMAT.into(),
+            version: VERSION,
+            image_width,
+            image_height,
+            positions: curve.nodes().iter().map(position).collect(),
+            covariance: curve.covariance().row_iter().map(|row| row.iter().copied().collect()).collect(),
+        }
+    }
+}
+
+impl TryFrom<FileSchema> for ZoomCurve {
+    type Error = String;
+
+    fn try_from(file: FileSchema) -> std::result::Result<Self, String> {
+        let node = |p: PositionSchema| -> std::result::Result<ZoomNode, String> {
+            let LaserSchema { x0, y0, vx, vy } = p.laser;
+            Ok(ZoomNode {
+                zoom: p.zoom,
+                intrinsics: Intrinsics::from(&p.intrinsics),
+                distortion: Distortion::try_from(&p.distortion)?,
+                laser: LaserLine { x0, y0, vx, vy },
+            })
+        };
+        let size = file.covariance.len();
+        if let Some(row) = file.covariance.iter().position(|row| row.len() != size) {
+            return Err(format!("covariance: row {row} has not {size} numbers"));
+        }
+        let covariance = DMatrix::from_fn(size, size, |i, j| file.covariance[i][j]);
+        let nodes = file.positions.into_iter().map(node).collect::<std::result::Result<_, _>>()?;
+        ZoomCurve::new([file.image_width, file.image_height], nodes, covariance).map_err(|e| e.to_string())
+    }
+}
