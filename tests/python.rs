@@ -150,7 +150,9 @@ fn example_calibrates_from_rgbd() {
     let to = pictures.path().to_str().unwrap();
     let example = "examples/python/calibrate_from_rgbd.py";
     let lens = ["518", "519", "325.5", "253.5"];
-    let Some(text) = run(&[&[example, &colour, &depth, &fixed], &lens[..], &["--pictures", to]].concat()) else { return };
+    let Some(text) = run(&[&[example, &colour, &depth, &fixed], &lens[..], &["--pictures", to]].concat()) else {
+        return;
+    };
     let focal = text.lines().find_map(|l| l.strip_prefix("fx ")).unwrap();
     let focal: f64 = focal.split("+-").next().unwrap().trim().parse().unwrap();
     assert!((focal / 518.0 - 1.0).abs() < 0.01, "{text}");
