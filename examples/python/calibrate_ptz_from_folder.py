@@ -1,41 +1,39 @@
 """Calibrates a PTZ camera and the laser on its head from a folder with pictures of a chessboard.
 
-    calibrate_ptz_from_folder.py FOLDER COLUMNSxROWS SQUARE [OUTPUT.json] [LENS]
+    calibrate_ptz_from_folder.py FOLDER COLUMNSxROWS SQUARE [OUTPUT.json] [--lens radial2] [--pictures TO]
 
 COLUMNSxROWS are the board's inner corners, SQUARE the side of its squares in metres. Each folder in
 FOLDER is a zoom position and has the device's number of it for a name (0, 0.25, 4x ...); pictures in
-FOLDER itself are of a single position. Two pictures are a view: NAME-off.pgm with the laser off and
-NAME-on.pgm with it on; any other picture is a view without the laser. PGM files are read as they
-are, others (png, jpg ...) need OpenCV for Python. LENS is the lens model: none, radial1, radial2
-(the default), brown_conrady, division, fisheye.
+FOLDER itself are of a single position. Two pictures are a view: NAME-off.png with the laser off and
+NAME-on.png with it on; any other picture is a view without the laser. LENS is the lens model: none,
+radial1, radial2, brown_conrady, division, fisheye.
 
-Prints what became of every view and of every position, and writes the rig over zoom, with its
-covariance, to OUTPUT.json.
+Prints what became of every view and of every position, writes the rig over zoom, with its covariance,
+to OUTPUT.json, and pictures of the corners and their residuals to the folder TO.
 """
 
-import pathlib
+import argparse
 import re
-import sys
+from pathlib import Path
 
 import numpy as np
 
 import ptzcal
 
-PICTURES = {".pgm", ".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"}
+PICTURES = {".pgm", ".ppm", ".png", ".jpg", ".jpeg"}
 
 
-def picture(path):
-    if path.suffix.lower() != ".pgm":
-        import cv2
-
-        image = cv2.imread(str(path))
-        return image if image is not None else sys.exit(f"{path} is no picture")
-    data = path.read_bytes()
-    header = re.match(rb"P5\s+(?:#.*\n\s*)*(\d+)\s+(\d+)\s+255\s", data)
-    if header is None:
-        sys.exit(f"{path} is no binary PGM file of 8 bits")
-    width, height = int(header[1]), int(header[2])
-    return np.frombuffer(data, np.uint8, width * height, header.end()).reshape(height, width)
+def arguments():
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("size", type=lambda text: tuple(int(n) for n in text.split("x")))
+    parser.add_argument("square", type=float)
+    parser.add_argument("output", nargs="?", type=Path)
+    parser.add_argument("--lens", default="radial2")
+    parser.add_argument("--pictures", type=Path)
+    return parser.parse_args()
 
 
 def positions(folder):
@@ -47,30 +45,38 @@ def positions(folder):
 
 
 def views(folder):
-    """(name, picture without the laser, picture with it or None) of every view of a position."""
+    """(path without the laser, path with it or None) of every view of a position."""
     paths = {p.stem: p for p in sorted(folder.iterdir()) if p.suffix.lower() in PICTURES}
     for stem, path in paths.items():
         if stem.endswith("-on") and stem[:-3] + "-off" in paths:
             continue
         on = paths.get(stem[:-4] + "-on") if stem.endswith("-off") else None
-        yield path.name, picture(path), None if on is None else picture(on)
+        yield path, on
+
+
+def draw(path, view, to):
+    """The corners, and their residuals 50 times as long; outliers are red rings, the spot a ring."""
+    picture = ptzcal.Picture.read(path)
+    picture.dim(0.6)
+    picture.draw_circles(view.corners, 0x50A0FF, radius=3.0, width=1.0)
+    picture.draw_residuals(view.corners, view.residuals, view.inliers)
+    if view.spot is not None:
+        picture.draw_circles([view.spot], 0xFFC800, radius=10.0, width=2.0)
+    picture.save(to / f"zoom-{view.zoom:g}-{path.stem}.png")
 
 
 def main():
-    if len(sys.argv) < 4:
-        sys.exit(__doc__)
-    folder, square = pathlib.Path(sys.argv[1]), float(sys.argv[3])
-    columns, rows = (int(n) for n in sys.argv[2].split("x"))
-    lens = sys.argv[5] if len(sys.argv) > 5 else "radial2"
-    calibration = ptzcal.RigCalibration(columns, rows, square, distortion=lens)
-    names = []
-    for zoom, inner in positions(folder):
-        for name, off, on in views(inner):
-            calibration.add_images(zoom, off, on)
-            names.append(name)
+    given = arguments()
+    calibration = ptzcal.RigCalibration(*given.size, given.square, distortion=given.lens)
+    shown = []
+    for zoom, inner in positions(given.folder):
+        for off, on in views(inner):
+            pictures = [ptzcal.read_image(path) for path in (off, on) if path]
+            calibration.add_images(zoom, *pictures)
+            shown.append((off.name, on or off))
     answer = calibration.solve()
 
-    for name, view in zip(names, answer.views):
+    for (name, path), view in zip(shown, answer.views):
         fate = f"rms {view.rms:.3f} px, {view.inliers.sum()} corners"
         if view.status != ptzcal.Status.OK:
             fate = f"NOT USED: {view.reason}"
@@ -79,6 +85,9 @@ def main():
         elif view.spot is not None:
             fate += f"; spot {np.hypot(*view.spot_residual):.2f} px off"
         print(f"zoom {view.zoom:g} {name}: {fate}")
+        if given.pictures and view.status == ptzcal.Status.OK:
+            given.pictures.mkdir(parents=True, exist_ok=True)
+            draw(path, view, given.pictures)
 
     for index, position in enumerate(answer.positions):
         print(f"zoom {position.zoom:g}: {position.views_used} of {position.views} views used, ", end="")
@@ -116,9 +125,9 @@ def main():
     except ptzcal.Error as error:
         print(f"no rig over zoom: {error}")
         return
-    if len(sys.argv) > 4:
-        curve.save(sys.argv[4])
-        print(f"wrote {sys.argv[4]}: zoom {curve.range[0]:g} to {curve.range[1]:g}")
+    if given.output:
+        curve.save(given.output)
+        print(f"wrote {given.output}: zoom {curve.range[0]:g} to {curve.range[1]:g}")
 
 
 if __name__ == "__main__":

@@ -41,6 +41,8 @@ impl Default for RgbdOptions {
 
 impl RgbdOptions {
     pub(super) fn check(&self) -> Result<()> {
+        self.sift.check()?;
+        self.matching.check()?;
         self.depth_noise.check()?;
         if self.min_pairs < MIN_PAIRS {
             return Err(Error::invalid("min_pairs", format!("{}; at least {MIN_PAIRS}", self.min_pairs)));

@@ -124,6 +124,9 @@ fn views_that_do_not_fit_together_are_refused() {
     assert!(fails(&bad).starts_with("keypoint_sigma"));
     let bad = RgbdOptions { depth_noise: DepthNoise { inverse_depth: f64::NAN, depth: 0.0 }, ..options };
     assert!(fails(&bad).starts_with("inverse_depth_sigma"));
+    let mut bad = options;
+    bad.matching.max_ratio = 0.0;
+    assert!(fails(&bad).starts_with("max_ratio"));
     let dot = grey(1, 1, |_, _| 7);
     assert_eq!(RgbdCalibrator::new(&dot.view().unwrap(), options).unwrap_err().status(), Status::InvalidArgument);
 

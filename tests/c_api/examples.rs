@@ -20,6 +20,21 @@ fn the_c_example_calibrates_a_camera_through_callbacks() {
     assert!((found / truth - 1.0).abs() < 0.003 && off < 3.0, "{line}");
 }
 
+#[test]
+fn the_c_example_calibrates_a_camera_from_a_depth_camera() {
+    let Some(frames) = crate::data::folder("rgbd_nyu") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let source = root().join("examples/c/calibrate_from_depth_camera.c");
+    let mut command = Command::new(compile(&source, folder.path(), Link::Shared, &[]));
+    command.args(["color4.png", "depth4.pgm", "color5.png"].map(|name| frames.join(name)));
+    let matches = folder.path().join("matches.png");
+    let said = text(&run(command.args(["518", "519", "325.5", "253.5"]).arg(&matches)));
+    let focal = said.lines().find_map(|l| l.strip_prefix("fx ")).unwrap();
+    let focal: f64 = focal.split(' ').next().unwrap().parse().unwrap();
+    assert!((focal / 518.0 - 1.0).abs() < 0.01, "{said}");
+    assert_eq!(image::open(matches).unwrap().width(), 1280);
+}
+
 /// What the README's adjustment takes for granted: a scan of the simulated room.
 const BEFORE: &str = r#"#include <math.h>
 #include <ptzcal.h>

@@ -5,6 +5,8 @@
 //! that forgot one of them fails and says so.
 
 mod abi_diff;
+#[path = "../support/data.rs"]
+mod data;
 mod declarations;
 mod examples;
 mod exports;

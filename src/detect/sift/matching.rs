@@ -22,6 +22,13 @@ impl Default for SiftMatchOptions {
     }
 }
 
+impl SiftMatchOptions {
+    pub(crate) fn check(&self) -> Result<()> {
+        let possible = self.max_ratio > 0.0 && self.max_ratio <= 1.0;
+        if possible { Ok(()) } else { Err(Error::invalid("max_ratio", format!("{} is not in (0, 1]", self.max_ratio))) }
+    }
+}
+
 /// Feature `a` of the first image looks like feature `b` of the second.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SiftMatch {
@@ -38,9 +45,7 @@ pub struct SiftMatch {
 /// # Errors
 /// `InvalidArgument` for a ratio out of range, and for more than [`MAX_PAIRS`] pairs.
 pub fn match_sift(a: &SiftFeatures, b: &SiftFeatures, options: &SiftMatchOptions) -> Result<Vec<SiftMatch>> {
-    if !(options.max_ratio > 0.0 && options.max_ratio <= 1.0) {
-        return Err(Error::invalid("max_ratio", format!("{} is not in (0, 1]", options.max_ratio)));
-    }
+    options.check()?;
     let (a, b) = (&a.descriptors, &b.descriptors);
     if a.len() as u64 * b.len() as u64 > MAX_PAIRS {
         let reason = format!("{} x {} pairs; keep only the strongest features", a.len(), b.len());
