@@ -113,6 +113,26 @@ def chessboard(width: int, height: int, turn, columns: int = 14, rows: int = 10,
     return np.clip(np.rint(level), 0, 255).astype(np.uint8), (corners[:2] / corners[2]).T - 0.5
 
 
+def board_views(views: int, columns: int, rows: int, seed: int = 12, noise: float = 0.2):
+    """A camera with a lens, and corners of boards of 30 mm squares: (board_xy, uv of each view)."""
+    rng = np.random.default_rng(seed)
+    lens = (-0.28, 0.1, 1e-3, -5e-4, 0.0)
+    truth = ptzcal.Camera(WIDTH, HEIGHT, 700.0, 702.0, 395.0, 305.0, 0.0, "brown_conrady", lens)
+    i, j = np.meshgrid(np.arange(columns), np.arange(rows))
+    board = 0.03 * np.c_[i.ravel() - (columns - 1) / 2, j.ravel() - (rows - 1) / 2]
+    seen = []
+    while len(seen) < views:
+        x, y, z = rng.uniform((-0.6, -0.6, -0.3), (0.6, 0.6, 0.3))
+        (cx, sx), (cy, sy), (cz, sz) = ((np.cos(a), np.sin(a)) for a in (x, y, z))
+        turn = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]]) @ [[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]]
+        turn = turn @ [[1, 0, 0], [0, cx, -sx], [0, sx, cx]]
+        at = rng.uniform((-0.12, -0.09, 0.5), (0.12, 0.09, 1.0)) * np.sqrt(columns / 9)
+        uv = truth.project(np.c_[board, np.zeros(len(board))] @ turn.T + at)
+        if (uv > 0).all() and (uv < (WIDTH, HEIGHT)).all():
+            seen.append(uv + rng.normal(0, noise, uv.shape))
+    return truth, board, seen
+
+
 def _filter(image, kernel, axis):
     reach = len(kernel) // 2
     padded = np.pad(image, [(reach, reach) if k == axis else (0, 0) for k in (0, 1)], mode="edge")

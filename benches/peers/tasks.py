@@ -633,6 +633,44 @@ def _brown_conrady(camera, xyz):
     return np.c_[camera.fx * a + camera.cx, camera.fy * b + camera.cy]
 
 
+# ---- cameras from boards -------------------------------------------------------------------------
+
+
+def boards() -> Iterator[Task]:
+    """Ours sets outliers aside and gives the covariance of lens and poses; OpenCV gives neither here."""
+    for views, columns, rows in ((14, 9, 6), (50, 14, 14)):
+        truth, board, seen = scenes.board_views(views, columns, rows)
+        flat = np.c_[board, np.zeros(len(board))].astype(np.float32)
+
+        def ours(board=board, seen=seen):
+            given = ptzcal.Boards(scenes.WIDTH, scenes.HEIGHT)
+            for uv in seen:
+                given.add_view(board, uv)
+            camera = ptzcal.calibrate_from_boards(given, distortion="brown_conrady").camera
+            return np.array([camera.fx, camera.fy, camera.cx, camera.cy])
+
+        def opencv(flat=flat, seen=seen):
+            pixels = [uv.astype(np.float32) for uv in seen]
+            size = scenes.WIDTH, scenes.HEIGHT
+            k = cv2.calibrateCamera([flat] * len(seen), pixels, size, None, None)[1]
+            return k[[0, 1, 0, 1], [0, 1, 2, 2]]
+
+        def error(found, truth=truth):
+            return np.abs(found - [truth.fx, truth.fy, truth.cx, truth.cy]).max()
+
+        yield Task(
+            "camera from boards",
+            f"{views} views of {columns * rows} corners",
+            "OpenCV calibrateCamera",
+            ours,
+            _with(cv2, opencv),
+            error,
+            error,
+            "px",
+            2.0,
+        )
+
+
 # ---- rig and cameras together ------------------------------------------------------------------
 
 
@@ -713,6 +751,7 @@ GROUPS = (
     lines,
     calibrations,
     robust_calibrations,
+    boards,
     adjustments,
     aiming,
     calls,
