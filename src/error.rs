@@ -115,6 +115,8 @@ pub enum Error {
 
     #[error("{given} usable points, at least {needed} are needed")]
     TooFewPoints { given: usize, needed: usize },
+    #[error("{given} usable spots of the laser on boards, at least {needed} are needed")]
+    TooFewSpots { given: usize, needed: usize },
     #[error("the images have too little in common: {detail}, {needed} are needed")]
     TooFewMatches { needed: usize, detail: String },
     #[error("degenerate geometry ({kind:?}): {detail}")]
@@ -196,7 +198,7 @@ impl Error {
             Self::Unsupported { .. } => Status::Unsupported,
             Self::Busy { .. } => Status::Busy,
             Self::BadState { .. } => Status::BadState,
-            Self::TooFewPoints { .. } | Self::TooFewMatches { .. } => Status::TooFewPoints,
+            Self::TooFewPoints { .. } | Self::TooFewSpots { .. } | Self::TooFewMatches { .. } => Status::TooFewPoints,
             Self::Degenerate { .. } => Status::Degenerate,
             Self::NoConvergence { .. } => Status::NoConvergence,
             Self::NoConsensus { .. } => Status::NoConsensus,
@@ -237,6 +239,7 @@ impl Error {
             Self::Camera { source, .. } => source.hint(),
             Self::Degenerate { kind, .. } => Some(kind.hint()),
             Self::TooFewPoints { .. } => Some("add points spread over the image and over depth"),
+            Self::TooFewSpots { .. } => Some("add pictures with the laser on, its spot on the board, near and far"),
             Self::TooFewMatches { .. } => Some(
                 "both cameras must see the same textured things, from not too different places; add auxiliary views",
             ),

@@ -258,7 +258,7 @@ fn what_leaves_the_line_open_is_refused() {
     for pose in &all {
         boards.add_view(&corners(&camera, pose, &grid(15, 15, 0.03), 0.2, &mut Noise::new(0))).unwrap();
     }
-    let few = |given| Err(Error::TooFewPoints { given, needed: 2 });
+    let few = |given| Err(Error::TooFewSpots { given, needed: 2 });
     assert_eq!(calibrate_laser_line(&boards, None, &options).map(|f| f.line), few(0));
     boards.set_spot(3, BoardSpot { pixel: Vector2::new(380.0, 290.0), pixel_covariance: None }).unwrap();
     assert_eq!(calibrate_laser_line(&boards, None, &options).map(|f| f.line), few(1));

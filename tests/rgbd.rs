@@ -100,21 +100,23 @@ fn kinect_frames_calibrate_each_other() {
     }
 }
 
+/// Camera to world.
+fn redwood_pose(rows: &[Vec<f64>], frame: usize) -> Rigid {
+    let m = &rows[5 * frame + 1..5 * frame + 4];
+    let rotation = Matrix3::from_fn(|r, c| m[r][c]);
+    Rigid { rotation, translation: Vector3::new(m[0][3], m[1][3], m[2][3]) }
+}
+
 /// Rendered, with exact poses; depths have a sensor's noise and low-frequency errors. With an unknown
 /// lens the rotation takes up what the principal point is off (0.7 pixels, a tenth of a degree).
 #[test]
 fn rendered_frames_calibrate_each_other() {
     let Some(folder) = folder("rgbd_redwood_open3d") else { return };
     let rows = numbers(&folder.join("trajectory.log")).unwrap();
-    let pose = |i: usize| {
-        let m = &rows[5 * i + 1..5 * i + 4];
-        let rotation = Matrix3::from_fn(|r, c| m[r][c]);
-        Rigid { rotation, translation: Vector3::new(m[0][3], m[1][3], m[2][3]) }
-    };
     let k = Intrinsics::new(525.0, 319.5, 239.5);
     let lens = CalibrationOptions { fixed_lens: Some((k, Distortion::None)), ..CalibrationOptions::default() };
     for to in 1..5 {
-        let truth = pose(to).inverse().after(&pose(0));
+        let truth = redwood_pose(&rows, to).inverse().after(&redwood_pose(&rows, 0));
         let files = [folder.join("color0.jpg"), folder.join("depth0.png"), folder.join(format!("color{to}.jpg"))];
         let files = files.each_ref().map(|f| f.as_path());
         let run = |options: &CalibrationOptions| calibrate(files, 1e-3, k, RgbdOptions::default(), options).unwrap();
@@ -133,4 +135,24 @@ fn frames_without_texture_are_refused() {
     let e = calibrate(files, 2e-4, k, RgbdOptions::default(), &CalibrationOptions::default()).unwrap_err();
     assert_eq!(e.status(), Status::TooFewPoints);
     assert!(e.to_string().contains("features in the fixed camera's image"), "{e}");
+}
+
+/// More views tell more: four frames with their poses, in the world of the data.
+#[test]
+fn several_views_calibrate_together() {
+    let Some(folder) = folder("rgbd_redwood_open3d") else { return };
+    let rows = numbers(&folder.join("trajectory.log")).unwrap();
+    let k = Intrinsics::new(525.0, 319.5, 239.5);
+    let fixed = read_picture(&folder.join("color4.jpg")).unwrap();
+    let mut calibrator = RgbdCalibrator::new(&fixed.view().unwrap(), RgbdOptions::default()).unwrap();
+    for i in 0..4 {
+        let colour = read_picture(&folder.join(format!("color{i}.jpg"))).unwrap();
+        let depth = read_depth(&folder.join(format!("depth{i}.png")), 1e-3).unwrap();
+        let camera = Camera { pose: redwood_pose(&rows, i).inverse(), ..auxiliary(k) };
+        calibrator.add_view(&colour.view().unwrap(), &depth, &camera).unwrap();
+    }
+    let found = calibrator.calibrate(&CalibrationOptions::default()).unwrap();
+    assert!((0..4).all(|view| found.points.iter().any(|p| p.view == view)));
+    let truth = redwood_pose(&rows, 4).inverse();
+    check("Redwood 0 to 3 -> 4", &found, &k, &truth, [0.004, 1.2, 0.2, 5.0]);
 }

@@ -194,7 +194,7 @@ fn what_cannot_be_is_refused() {
     // One frontal view: its position says why it has no answer, and the curve that there is none.
     let found = rig.solve().unwrap();
     assert!(found.zooms[0].boards.is_err() && found.views[1].fault.is_some());
-    assert!(matches!(found.curve(), Err(Error::TooFewPoints { .. })));
+    assert!(matches!(found.curve(), Err(Error::TooFewSpots { .. })));
     // A cancelled solve is the only one that fails as a whole.
     let options = calibration();
     options.cancel.cancel();

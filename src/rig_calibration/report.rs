@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, SMatrix, Vector2};
 
 use super::CommonLine;
+use crate::calibrate::laser_line::MIN_BOARDS;
 use crate::calibrate::{BoardCalibration, BoardCorner, BoardPose, BoardSpot, LaserCalibration};
 use crate::error::{Error, Result, Status};
 use crate::geometry::RigModel;
@@ -119,9 +120,12 @@ impl RigCalibrated {
     /// Lens and laser line at all zooms between those that were calibrated.
     ///
     /// # Errors
-    /// `TooFewPoints` (no position with a laser line); those of [`ZoomCurve::new`].
+    /// `TooFewSpots` (no position with a laser line); those of [`ZoomCurve::new`].
     pub fn curve(&self) -> Result<ZoomCurve> {
         let nodes: Vec<ZoomNode> = self.zooms.iter().filter_map(|z| z.node.clone()).collect();
+        if nodes.is_empty() {
+            return Err(Error::TooFewSpots { given: 0, needed: MIN_BOARDS });
+        }
         ZoomCurve::new(self.size, nodes, self.covariance.clone())
     }
 

@@ -34,7 +34,7 @@ const MAX_PAIRS: usize = 500;
 /// not be given as `lens`: they would count twice. Wrong spots are set aside when `options.robust`.
 ///
 /// # Errors
-/// Those of [`calibrate_from_boards`](crate::calibrate::calibrate_from_boards); `TooFewPoints` (spots
+/// Those of [`calibrate_from_boards`](crate::calibrate::calibrate_from_boards); `TooFewSpots` (spots
 /// on fewer than 2 boards), `Degenerate` (boards at one distance, a laser along a board, spots that do
 /// not move, a baseline that stays open), `NoConsensus` (fewer than half of the spots agree),
 /// `InvalidArgument` (a baseline below 1 mm; both kinds of known lens).
@@ -45,7 +45,7 @@ pub fn calibrate_laser_line(
 ) -> Result<LaserCalibration> {
     let given = boards.views().iter().filter(|v| v.spot.is_some()).count();
     if given < MIN_BOARDS {
-        return Err(Error::TooFewPoints { given, needed: MIN_BOARDS });
+        return Err(Error::TooFewSpots { given, needed: MIN_BOARDS });
     }
     let mut options = options.clone();
     let mut fitter = Fitter::new(boards, &options);
@@ -63,7 +63,7 @@ pub fn calibrate_laser_line(
 
     let points = spots_in_space(boards, &posed);
     if points.len() < MIN_BOARDS {
-        return Err(Error::TooFewPoints { given: points.len(), needed: MIN_BOARDS });
+        return Err(Error::TooFewSpots { given: points.len(), needed: MIN_BOARDS });
     }
     check_depths(points.iter().map(|(_, p)| p.z))?;
     check_motion(boards, &points)?;
