@@ -11,6 +11,8 @@ mod robust;
 mod tests;
 mod view;
 
+use std::collections::BTreeSet;
+
 use nalgebra::{Matrix2, Vector2};
 
 use crate::calibrate::{Calibration, CalibrationOptions, ObservedLine};
@@ -124,7 +126,7 @@ impl RgbdCalibrator {
     ///
     /// # Errors
     /// `TooFewMatches` where the images have too little in common, and the errors of
-    /// [`calibrate_camera`].
+    /// [`calibrate_camera`](crate::calibrate::calibrate_camera).
     pub fn calibrate(&self, options: &CalibrationOptions) -> Result<RgbdCalibration> {
         let given = self.options.keypoint_sigma;
         let fit = RobustFit { size: [self.width, self.height], options, estimate: given.is_none() };
@@ -137,9 +139,12 @@ impl RgbdCalibrator {
         if self.options.guided {
             for _ in 0..ROUNDS {
                 let other = self.points(|view| guide::pairs(view, &self.features, &fitted.calibration, fitted.sigma));
-                // Guided by a poor camera there may be none.
-                let Ok(refit) = fit.run(&other, &[], fitted.sigma) else { break };
-                (points, fitted) = (other, refit);
+                match fit.run(&other, &[], fitted.sigma) {
+                    Ok(refit) => (points, fitted) = (other, refit),
+                    Err(Error::Cancelled) => return Err(Error::Cancelled),
+                    // Guided by a poor camera there may be none.
+                    Err(_) => break,
+                }
             }
         }
         let agreeing = fitted.calibration.inliers.iter().filter(|i| **i).count();
@@ -169,12 +174,15 @@ impl RgbdCalibrator {
         Ok(pairs)
     }
 
-    /// Pairs of features of every view as points and pixels.
+    /// Pairs of features of every view as points and pixels. A keypoint with two orientations is two
+    /// features but one measurement.
     fn points(&self, pairs: impl Fn(&View) -> Vec<(usize, usize)>) -> Vec<PointPair> {
-        let mut points = Vec::new();
+        let (mut points, mut seen) = (Vec::new(), BTreeSet::new());
         for (view, of) in self.views.iter().enumerate() {
             points.extend(pairs(of).into_iter().filter_map(|(a, b)| {
                 let (lifted, k) = (of.lifted[a]?, &self.features.keypoints[b]);
+                let place = [lifted.pixel.x, lifted.pixel.y, k.x, k.y].map(f64::to_bits);
+                seen.insert((view, place)).then_some(())?;
                 Some(PointPair { view, lifted, fixed: Vector2::new(k.x, k.y), shape: k.shape() })
             }));
         }

@@ -180,12 +180,17 @@ impl Search<'_> {
         let mut whole: Option<Chessboard> = None;
         for grid in lattice::grids(&saddles, [image.width(), image.height()]) {
             let board = match Board::new(&grid, &saddles, self.size) {
-                Ok(board) => board,
-                Err(other) => {
+                Ok(board) if board.columns.max(board.rows) <= MAX_SIDE as usize => board,
+                Ok(other) | Err(other) => {
                     seen.see([other.columns, other.rows]);
-                    if self.size.is_some_and(|[c, r]| other.columns * other.rows > c * r) {
-                        let (middle, radius) = disc(&other, level);
-                        seen.others.push((middle, radius, other.count()));
+                    let (middle, radius) = disc(&other, level);
+                    match self.size {
+                        // Larger than any board: it may go on where it was not followed.
+                        None => seen.others.push((middle, f64::INFINITY, other.count())),
+                        Some([c, r]) if other.columns * other.rows > c * r => {
+                            seen.others.push((middle, radius, other.count()));
+                        }
+                        Some(_) => {}
                     }
                     continue;
                 }

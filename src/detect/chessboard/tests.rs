@@ -268,3 +268,15 @@ fn every_layout_is_read() {
     let view = ImageView::new(PixelFormat::Gray8, 320, 240, &[(&flipped, -320)]).unwrap();
     assert_eq!(detect_chessboard(&view, &ChessboardOptions { size, ..Default::default() }).unwrap(), wanted);
 }
+
+/// A checkered floor is no board, and neither are pieces of it.
+#[test]
+fn more_corners_than_any_board_has_are_no_board() {
+    let mut image = Image::new(PixelFormat::Gray8, 900, 900);
+    for (i, v) in image.data.iter_mut().enumerate() {
+        let (x, y) = (i % 900, i / 900);
+        *v = if (x / 6 + y / 6) % 2 == 0 { 60 } else { 190 };
+    }
+    let found = detect(&image, None).map(|b| [b.columns, b.rows]);
+    assert_eq!(found.map_err(|e| e.status()), Err(Status::NotFound));
+}
