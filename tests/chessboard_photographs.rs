@@ -5,18 +5,11 @@ mod data;
 
 use std::path::{Path, PathBuf};
 
-use data::{folder, numbers};
+use data::{folder, numbers, picture};
 use nalgebra::Vector2;
 use ptzcal::detect::chessboard::{Chessboard, ChessboardOptions, detect_chessboard};
 use ptzcal::error::{Result, Status};
 use ptzcal::geometry::{Distortion, Intrinsics, homography};
-use ptzcal::image::{Image, PixelFormat};
-
-fn load(path: &Path) -> Image {
-    let rgb = image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).to_rgb8();
-    let (width, height) = rgb.dimensions();
-    Image { format: PixelFormat::Rgb24, width, height, data: rgb.into_raw() }
-}
 
 fn pictures(folder: &Path) -> Vec<PathBuf> {
     let mut paths: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|f| f.unwrap().path()).collect();
@@ -26,7 +19,7 @@ fn pictures(folder: &Path) -> Vec<PathBuf> {
 }
 
 fn detect(path: &Path, size: Option<[u32; 2]>) -> Result<Chessboard> {
-    detect_chessboard(&load(path).view().unwrap(), &ChessboardOptions { size, ..ChessboardOptions::default() })
+    detect_chessboard(&picture(path).view().unwrap(), &ChessboardOptions { size, ..ChessboardOptions::default() })
 }
 
 /// All corners of the board in row-major order.

@@ -12,6 +12,7 @@ use ptzcal::calibrate::{CalibrationOptions, Correspondences, Observation, calibr
 use ptzcal::detect::lines::{
     LineMatchOptions, LineOptions, LineSegment, detect_line_segments, lift_segments, match_lines,
 };
+use ptzcal::format::read_depth;
 use ptzcal::geometry::{Camera, Distortion, Intrinsics, MeasuredLine, Rigid};
 use ptzcal::image::{DepthMap, DepthNoise, ImageView, PixelFormat};
 use thesis::{Noise, far};
@@ -290,9 +291,7 @@ fn redwood(folder: &std::path::Path, i: usize) -> (Vec<LineSegment>, DepthMap, C
     let colour = image::open(folder.join(format!("color{i}.jpg"))).unwrap().to_luma8();
     let view = ImageView::new(PixelFormat::Gray8, 640, 480, &[(colour.as_raw(), 640)]).unwrap();
     let segments = detect_line_segments(&view, &LineOptions::default()).unwrap();
-    let depth = image::open(folder.join(format!("depth{i}.png"))).unwrap().to_luma16();
-    let metres = depth.as_raw().iter().map(|z| f32::from(*z) * 1e-3).collect();
-    (segments, DepthMap::new(640, 480, metres).unwrap(), camera)
+    (segments, read_depth(&folder.join(format!("depth{i}.png")), 1e-3).unwrap(), camera)
 }
 
 #[test]
@@ -349,11 +348,9 @@ fn real_frames_have_lines_and_most_can_be_lifted() {
         let (w, h) = colour.dimensions();
         let view = ImageView::new(PixelFormat::Gray8, w, h, &[(colour.as_raw(), w as isize)]).unwrap();
         let segments = detect_line_segments(&view, &LineOptions::default()).unwrap();
-        let depth = image::open(folder.join(format!("depth{i}.pgm"))).unwrap().to_luma16();
-        let metres = depth.as_raw().iter().map(|z| f32::from(*z) * 1e-3).collect();
         let intrinsics = Intrinsics { fx: 518.0, fy: 519.0, skew: 0.0, cx: 325.5, cy: 253.5 };
         let camera = Camera { width: w, height: h, intrinsics, distortion: Distortion::None, pose: Rigid::identity() };
-        let depth = DepthMap::new(w, h, metres).unwrap();
+        let depth = read_depth(&folder.join(format!("depth{i}.pgm")), 1e-3).unwrap();
         let lines = lift_segments(&segments, &camera, &depth, &DepthNoise::default()).unwrap();
         let lifted: Vec<_> = segments.iter().zip(&lines).filter_map(|(s, l)| Some((s, (*l)?))).collect();
         println!("{i}: {} segments, {} lifted", segments.len(), lifted.len());

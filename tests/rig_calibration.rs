@@ -203,12 +203,6 @@ fn what_cannot_be_is_refused() {
     assert!(matches!(rig.solve(), Err(Error::Cancelled)));
 }
 
-fn load(path: &Path) -> Image {
-    let rgb = image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).to_rgb8();
-    let (width, height) = rgb.dimensions();
-    Image { format: PixelFormat::Rgb24, width, height, data: rgb.into_raw() }
-}
-
 fn photographs(folder: &Path, prefix: &str, spec: ChessboardSpec, distortion: DistortionModel) -> RigCalibrated {
     let calibration = CalibrationOptions {
         distortion,
@@ -225,7 +219,7 @@ fn photographs(folder: &Path, prefix: &str, spec: ChessboardSpec, distortion: Di
     });
     paths.sort();
     for path in paths {
-        rig.add_images(1.0, &load(&path).view().unwrap(), None).unwrap();
+        rig.add_images(1.0, &data::picture(&path).view().unwrap(), None).unwrap();
     }
     rig.solve().unwrap()
 }

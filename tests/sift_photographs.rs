@@ -7,10 +7,9 @@ mod data;
 
 use std::path::Path;
 
-use data::{folder, numbers};
+use data::{folder, numbers, picture};
 use nalgebra::{Matrix4, Quaternion, UnitQuaternion, Vector4};
 use ptzcal::detect::sift::{SiftFeatures, SiftMatchOptions, SiftOptions, detect_sift, match_sift};
-use ptzcal::image::{Image, PixelFormat};
 
 struct Frame {
     features: SiftFeatures,
@@ -22,10 +21,7 @@ struct Frame {
 impl Frame {
     fn load(colour: &Path, depth: &Path, camera_to_world: Matrix4<f64>) -> Self {
         let open = |path: &Path| image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-        let rgb = open(colour).to_rgb8();
-        let (width, height) = rgb.dimensions();
-        let picture = Image { format: PixelFormat::Rgb24, width, height, data: rgb.into_raw() };
-        let features = detect_sift(&picture.view().unwrap(), &SiftOptions::default()).unwrap();
+        let features = detect_sift(&picture(colour).view().unwrap(), &SiftOptions::default()).unwrap();
         Self { features, depth: open(depth).to_luma16(), camera_to_world }
     }
 }
@@ -111,12 +107,8 @@ fn nyu_frames() {
 #[test]
 fn frames_without_texture() {
     let Some(folder) = folder("rgbd_icl") else { return };
-    let features = |name: &str| {
-        let rgb = image::open(folder.join(name)).unwrap().to_rgb8();
-        let (width, height) = rgb.dimensions();
-        let picture = Image { format: PixelFormat::Rgb24, width, height, data: rgb.into_raw() };
-        detect_sift(&picture.view().unwrap(), &SiftOptions::default()).unwrap()
-    };
+    let features =
+        |name: &str| detect_sift(&picture(&folder.join(name)).view().unwrap(), &SiftOptions::default()).unwrap();
     let (a, b) = (features("color1.png"), features("color4.png"));
     let matches = match_sift(&a, &b, &SiftMatchOptions::default()).unwrap();
     println!("{} and {} features, {} matches", a.keypoints.len(), b.keypoints.len(), matches.len());

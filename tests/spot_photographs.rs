@@ -5,16 +5,10 @@ mod data;
 
 use std::path::PathBuf;
 
-use data::folder;
+use data::{folder, picture};
 use ptzcal::detect::spot::{LaserColour, Region, Spot, SpotOptions, detect_spot};
 use ptzcal::error::{Error, Result};
-use ptzcal::image::{Image, PixelFormat};
-
-fn load(path: PathBuf) -> Image {
-    let rgb = image::open(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).to_rgb8();
-    let (width, height) = rgb.dimensions();
-    Image { format: PixelFormat::Rgb24, width, height, data: rgb.into_raw() }
-}
+use ptzcal::image::Image;
 
 fn single(image: &Image, colour: LaserColour) -> Result<Spot> {
     detect_spot(&[image.view().unwrap()], &[], &SpotOptions { colour, ..SpotOptions::default() })
@@ -31,7 +25,7 @@ fn dots_in_single_photographs() {
             continue;
         }
         let [u, v] = [1, 2].map(|i| fields[i].parse::<f64>().unwrap());
-        let image = load(folder.join(fields[0]));
+        let image = picture(&folder.join(fields[0]));
         for colour in [LaserColour::Red, LaserColour::Unknown] {
             match single(&image, colour) {
                 Ok(spot) => {
@@ -53,7 +47,7 @@ fn parts_without_the_dot_have_none() {
     let labels = std::fs::read_to_string(folder.join("labels.csv")).unwrap();
     let labels: Vec<Vec<&str>> = labels.lines().skip(1).map(|l| l.split(',').collect()).collect();
     for name in ["1.jpg", "4.jpg", "5.jpg", "7.jpg"] {
-        let image = load(folder.join(name));
+        let image = picture(&folder.join(name));
         let [width, height] = [480, 270];
         for (x, y) in (0..8).flat_map(|i| (0..8).map(move |j| (i * width, j * height))) {
             let lit = labels.iter().filter(|l| l[0] == name).any(|l| {
@@ -75,7 +69,7 @@ fn parts_without_the_dot_have_none() {
 fn a_line_laser_is_no_spot() {
     let Some(folder) = folder("laser_line_onoff") else { return };
     for pair in [1, 2, 4, 5, 6] {
-        let [off, on] = ["a", "b"].map(|ab| load(folder.join(format!("sample{pair}-{ab}-0.jpg"))));
+        let [off, on] = ["a", "b"].map(|ab| picture(&folder.join(format!("sample{pair}-{ab}-0.jpg"))));
         for colour in [LaserColour::Red, LaserColour::Unknown] {
             let options = SpotOptions { colour, ..SpotOptions::default() };
             let result = detect_spot(&[on.view().unwrap()], &[off.view().unwrap()], &options);
@@ -98,7 +92,7 @@ fn scenes_without_a_laser_have_no_spot() {
             is_picture && !p.file_name().unwrap().to_string_lossy().starts_with("depth")
         });
         paths.sort();
-        let images: Vec<Image> = paths.iter().map(|p| load(p.clone())).collect();
+        let images: Vec<Image> = paths.iter().map(|p| picture(p)).collect();
         for colour in [LaserColour::Red, LaserColour::Green, LaserColour::Unknown, LaserColour::White] {
             let options = SpotOptions { colour, ..SpotOptions::default() };
             for (image, path) in images.iter().zip(&paths) {

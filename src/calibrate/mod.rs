@@ -14,7 +14,7 @@ pub mod laser_line;
 mod lens_fit;
 pub mod line;
 pub(crate) mod line_measurement;
-mod measurement;
+pub(crate) mod measurement;
 pub mod radial_alignment;
 mod refine;
 mod solve;

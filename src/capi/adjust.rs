@@ -6,6 +6,7 @@
 
 use super::adjusted::ptzcal_adjusted;
 use super::adjustment::ptzcal_adjustment;
+use super::args::flag;
 use super::call::{ErrorOut, guard};
 use super::cancel::ptzcal_cancel;
 use super::error::ptzcal_error;
@@ -66,9 +67,7 @@ impl TryFrom<ptzcal_adjust_options> for AdjustOptions {
     type Error = Error;
 
     fn try_from(o: ptzcal_adjust_options) -> Result<Self> {
-        if o.robust > 1 {
-            return Err(Error::invalid("robust", format!("{} is neither 0 nor 1", o.robust)));
-        }
+        let robust = flag(o.robust, "robust")?;
         if !(1..=10_000).contains(&o.max_iterations) {
             return Err(Error::invalid("max_iterations", format!("{} is not in 1 to 10000", o.max_iterations)));
         }
@@ -77,7 +76,7 @@ impl TryFrom<ptzcal_adjust_options> for AdjustOptions {
         }
         Ok(Self {
             pointing_sigma: [o.pointing_sigma_pan, o.pointing_sigma_tilt],
-            robust: o.robust == 1,
+            robust,
             huber: o.huber,
             max_focal_deviation: o.max_focal_deviation,
             seed: o.seed,

@@ -99,6 +99,15 @@ pub(super) fn number(value: f64, name: &'static str) -> Result<f64> {
     if value.is_finite() { Ok(value) } else { Err(Error::NotFinite { name, index: 0 }) }
 }
 
+/// 0 or 1.
+pub(super) fn flag(value: u32, name: &'static str) -> Result<bool> {
+    match value {
+        0 => Ok(false),
+        1 => Ok(true),
+        _ => Err(Error::invalid(name, format!("{value} is neither 0 nor 1"))),
+    }
+}
+
 /// A NUL-terminated UTF-8 string of at most PTZCAL_MAX_STRING bytes.
 ///
 /// # Safety

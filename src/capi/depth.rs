@@ -6,7 +6,7 @@
 use std::ffi::c_char;
 use std::path::Path;
 
-use super::args::{Out, PTZCAL_MAX_COUNT, array, number, string};
+use super::args::{Out, PTZCAL_MAX_COUNT, Plain, array, number, string};
 use super::call::{ErrorOut, guard, guard_or};
 use super::error::ptzcal_error;
 use super::handle::{Handle, HandleOut, borrow, free};
@@ -22,9 +22,23 @@ impl Handle for ptzcal_depth_map {
     const NAME: &'static str = "depth map";
 }
 
-/// Rows of `width` values, `stride` values apart, without the padding.
-fn packed<T: Copy>(values: &[T], width: usize, stride: usize) -> impl Iterator<Item = T> {
-    values.chunks(stride.max(1)).flat_map(move |row| row[..width].iter().copied())
+/// A map of the caller's values, whatever their type.
+///
+/// # Safety
+/// As for [`array`], with as many values as [`count`] says.
+unsafe fn of_values<T: Plain + Into<f64>>(
+    values: *const T,
+    [width, height]: [u32; 2],
+    stride: usize,
+    metres: f64,
+) -> Result<ptzcal_depth_map> {
+    // SAFETY: by this function's contract.
+    let values = unsafe { array(values, count(width, height, stride)?, "values")? };
+    let metres = positive(metres)?;
+    // Without the padding.
+    let rows = values.chunks(stride).flat_map(|row| row[..width as usize].iter());
+    let depths = rows.map(|z| ((*z).into() * metres) as f32).collect();
+    Ok(ptzcal_depth_map(DepthMap::new(width, height, depths)?))
 }
 
 /// Values that a map of this size takes; refuses strides that are too short.
@@ -73,12 +87,8 @@ pub unsafe extern "C" fn ptzcal_depth_map_new_u16(
     let error = unsafe { ErrorOut::new(error) };
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
-        let map = unsafe { HandleOut::new(map)? };
-        // SAFETY: the caller keeps the header's rules for pointers.
-        let values = unsafe { array(values, count(width, height, stride)?, "values")? };
-        let metres = positive(metres)?;
-        let depths = packed(values, width as usize, stride).map(|z| (f64::from(z) * metres) as f32);
-        map.give(ptzcal_depth_map(DepthMap::new(width, height, depths.collect())?));
+        let (map, made) = unsafe { (HandleOut::new(map)?, of_values(values, [width, height], stride, metres)?) };
+        map.give(made);
         Ok(())
     })
 }
@@ -110,12 +120,8 @@ pub unsafe extern "C" fn ptzcal_depth_map_new_f32(
     let error = unsafe { ErrorOut::new(error) };
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
-        let map = unsafe { HandleOut::new(map)? };
-        // SAFETY: the caller keeps the header's rules for pointers.
-        let values = unsafe { array(values, count(width, height, stride)?, "values")? };
-        let metres = positive(metres)?;
-        let depths = packed(values, width as usize, stride).map(|z| (f64::from(z) * metres) as f32);
-        map.give(ptzcal_depth_map(DepthMap::new(width, height, depths.collect())?));
+        let (map, made) = unsafe { (HandleOut::new(map)?, of_values(values, [width, height], stride, metres)?) };
+        map.give(made);
         Ok(())
     })
 }

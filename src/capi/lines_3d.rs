@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector2, Vector3};
 
-use super::args::{ArrayOut, Out, number, vectors, vectors_optional};
+use super::args::{ArrayOut, Out, flag, number, vectors, vectors_optional};
 use super::call::{ErrorOut, guard};
 use super::camera::{camera_in, ptzcal_camera};
 use super::depth::ptzcal_depth_map;
@@ -20,13 +20,6 @@ use crate::error::{Error, Result};
 use crate::geometry::MeasuredLine;
 use crate::image::DepthNoise;
 use crate::pose::{LineFitOptions, PointNoise, fit_line_3d};
-
-fn flag(value: u32, name: &'static str) -> Result<bool> {
-    match value {
-        0 | 1 => Ok(value == 1),
-        _ => Err(Error::invalid(name, format!("{value} is neither 0 nor 1"))),
-    }
-}
 
 /// How a line is fitted to points.
 #[derive(Debug, Clone, Copy)]

@@ -9,7 +9,7 @@
 //! Make a ptzcal_rgbd of the fixed camera's image, add the auxiliary views, and calibrate. The world
 //! is that of the auxiliary cameras' poses.
 
-use super::args::{BufferOut, number};
+use super::args::{BufferOut, flag, number};
 use super::calibrate::ptzcal_calibration;
 use super::calibration_options::ptzcal_calibration_options;
 use super::call::{ErrorOut, guard, guard_or};
@@ -18,7 +18,6 @@ use super::depth::ptzcal_depth_map;
 use super::error::ptzcal_error;
 use super::handle::{Exclusive, Handle, HandleOut, borrow, free};
 use super::image::{ptzcal_image, view};
-use super::sift::flag;
 use super::sized::{self, SizedOut, SizedStruct};
 use super::status::ptzcal_status;
 use crate::error::{Error, Result};

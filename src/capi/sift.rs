@@ -4,7 +4,7 @@
 //! know them by: D. G. Lowe, Distinctive image features from scale-invariant keypoints, 2004. What is
 //! found can be copied out, kept, and made features again later.
 
-use super::args::{BufferOut, Out, array, number, vectors};
+use super::args::{BufferOut, Out, array, flag, number, vectors};
 use super::call::{ErrorOut, guard, guard_or};
 use super::error::ptzcal_error;
 use super::handle::{Handle, HandleOut, borrow, free};
@@ -12,7 +12,7 @@ use super::image::{ptzcal_image, view};
 use super::sized::{self, SizedStruct};
 use super::status::ptzcal_status;
 use crate::detect::sift::{Descriptor, SiftFeatures, SiftKeypoint, SiftOptions, detect_sift};
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// Numbers of a keypoint: x, y, scale, angle, response, octave, sigma, elongation, direction.
 ///
@@ -81,15 +81,6 @@ impl ptzcal_sift_options {
             edge_ratio: number(options.edge_ratio, "edge_ratio")?,
             upsample: flag(options.upsample, "upsample")?,
         })
-    }
-}
-
-/// 0 or 1.
-pub(super) fn flag(value: u32, name: &'static str) -> Result<bool> {
-    match value {
-        0 => Ok(false),
-        1 => Ok(true),
-        _ => Err(Error::invalid(name, format!("{value} is neither 0 nor 1"))),
     }
 }
 

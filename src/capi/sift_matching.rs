@@ -3,11 +3,11 @@
 //! Pairs of features of two images whose descriptors are each other's nearest, and much nearer than the
 //! next (Lowe's ratio test). The search is exact.
 
-use super::args::{ArrayOut, Out, number};
+use super::args::{ArrayOut, Out, flag, number};
 use super::call::{ErrorOut, guard};
 use super::error::ptzcal_error;
 use super::handle::borrow;
-use super::sift::{flag, ptzcal_sift_features};
+use super::sift::ptzcal_sift_features;
 use super::sized::{self, SizedStruct};
 use super::status::ptzcal_status;
 use crate::detect::sift::{SiftMatchOptions, match_sift};

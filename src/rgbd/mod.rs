@@ -16,6 +16,7 @@ use std::collections::BTreeSet;
 use nalgebra::{Matrix2, Vector2};
 
 use crate::calibrate::{Calibration, CalibrationOptions, ObservedLine};
+use crate::detect::lines::matching::observed;
 use crate::detect::lines::{LineMatchOptions, LineOptions, LineSegment, detect_line_segments, match_lines};
 use crate::detect::sift::{SiftFeatures, detect_sift};
 use crate::error::{Error, Result};
@@ -56,18 +57,6 @@ pub struct LinePair {
     pub line: MeasuredLine,
     pub auxiliary: LineSegment,
     pub fixed: LineSegment,
-}
-
-impl LinePair {
-    fn observation(&self) -> ObservedLine {
-        ObservedLine {
-            point: self.line.point,
-            direction: self.line.direction,
-            covariance: Some(self.line.covariance),
-            ends: self.fixed.points,
-            end_covariances: Some(self.fixed.covariances()),
-        }
-    }
 }
 
 /// The fixed camera, and the pairs that it comes from.
@@ -151,7 +140,7 @@ impl RgbdCalibrator {
         self.enough(agreeing, Some(points.len()))?;
         let lines = self.lines(&fitted.calibration.camera)?;
         if !lines.is_empty() {
-            let observed: Vec<ObservedLine> = lines.iter().map(LinePair::observation).collect();
+            let observed: Vec<ObservedLine> = lines.iter().map(|l| observed(&l.line, &l.fixed)).collect();
             fitted = fit.run(&points, &observed, fitted.sigma)?;
         }
         let Fitted { calibration, sigma, line_factor } = fitted;

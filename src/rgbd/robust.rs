@@ -5,10 +5,9 @@
 //! least squares with weights (K. L. Lange, R. J. A. Little, J. M. G. Taylor, Robust statistical
 //! modeling using the t distribution, JASA 84, 1989).
 
-use nalgebra::{Matrix2, Vector2};
-
 use super::PointPair;
 use crate::calibrate::line_measurement::LineMeasurement;
+use crate::calibrate::measurement::squared_distance;
 use crate::calibrate::{Calibration, CalibrationOptions, Correspondences, Observation, ObservedLine, calibrate_camera};
 use crate::error::Result;
 use crate::geometry::Camera;
@@ -91,7 +90,7 @@ impl RobustFit<'_> {
                 of_points.weigh(i, point_distance(camera, point, of_points.scale), inliers[i]);
             }
             for (i, line) in measured.iter().enumerate() {
-                let d = line.residual(camera).map_or(f64::INFINITY, |(r, c)| distance(&r, &c));
+                let d = line.residual(camera).map_or(f64::INFINITY, |(r, c)| squared_distance(&r, &c));
                 of_lines.weigh(i, d / of_lines.scale.powi(2), inliers[points.len() + i]);
             }
             of_points.rescale(self.estimate);
@@ -140,9 +139,5 @@ fn spread() -> f64 {
 fn point_distance(camera: &Camera, point: &PointPair, sigma: f64) -> f64 {
     let Some(seen) = camera.project_with_jacobian(&point.lifted.world) else { return f64::INFINITY };
     let by_point = seen.by_point * point.lifted.covariance(sigma) * seen.by_point.transpose();
-    distance(&(point.fixed - seen.pixel), &(by_point + point.shape * sigma.powi(2)))
-}
-
-fn distance(off: &Vector2<f64>, covariance: &Matrix2<f64>) -> f64 {
-    covariance.try_inverse().map_or(f64::INFINITY, |information| off.dot(&(information * off)))
+    squared_distance(&(point.fixed - seen.pixel), &(by_point + point.shape * sigma.powi(2)))
 }

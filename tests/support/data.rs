@@ -33,3 +33,8 @@ pub fn numbers(path: &std::path::Path) -> std::io::Result<Vec<Vec<f64>>> {
     };
     Ok(text.lines().map(row).filter(|r| !r.is_empty()).collect())
 }
+
+/// A photograph, as the library reads it.
+pub fn picture(path: &std::path::Path) -> ptzcal::image::Image {
+    ptzcal::format::read_picture(path).unwrap_or_else(|e| panic!("{e}"))
+}

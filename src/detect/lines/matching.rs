@@ -75,7 +75,8 @@ impl LineMatch {
     }
 }
 
-fn observed(line: &MeasuredLine, segment: &LineSegment) -> ObservedLine {
+/// A line and the segment that it is, as a calibration takes them.
+pub(crate) fn observed(line: &MeasuredLine, segment: &LineSegment) -> ObservedLine {
     ObservedLine {
         point: line.point,
         direction: line.direction,
