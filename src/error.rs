@@ -16,6 +16,7 @@ pub enum Status {
     Unsupported = -5,
     Busy = -6,
     BadState = -7,
+    InvalidAddress = -8,
     // Data and geometry.
     TooFewPoints = -100,
     Degenerate = -101,
@@ -33,11 +34,19 @@ pub enum Status {
     DeviceLost = -301,
     DeviceTimeout = -302,
     LaserRefused = -303,
+    DeviceNotFound = -304,
+    DevicePermission = -305,
+    DeviceBusy = -306,
+    DeviceMismatch = -307,
+    DeviceGarbled = -308,
+    DeviceRefused = -309,
+    Unauthorised = -310,
     // Files.
     FileIo = -400,
     FileFormat = -401,
     FileVersion = -402,
     FileMismatch = -403,
+    DiskFull = -404,
     // Control.
     Cancelled = -500,
     // Ours to mend.
@@ -112,6 +121,8 @@ pub enum Error {
     Busy { what: &'static str },
     #[error("{reason}")]
     BadState { reason: String },
+    #[error("address {address:?}: {reason}")]
+    InvalidAddress { address: String, reason: String },
 
     #[error("{given} usable points, at least {needed} are needed")]
     TooFewPoints { given: usize, needed: usize },
@@ -154,6 +165,24 @@ pub enum Error {
     DeviceTimeout { what: &'static str, seconds: f64 },
     #[error("the laser stays off: {reason}")]
     LaserRefused { reason: String },
+    /// No such device file, host or line; or nobody listens there.
+    #[error("{device}: {reason}")]
+    DeviceNotFound { device: String, reason: String },
+    #[error("{device}: permission denied")]
+    DevicePermission { device: String },
+    #[error("{device}: in use by another process")]
+    DeviceBusy { device: String },
+    /// Something answers, and it is not what the address says.
+    #[error("{device}: {reason}")]
+    DeviceMismatch { device: String, reason: String },
+    /// Bytes arrive that are no messages.
+    #[error("{device}: {reason}")]
+    DeviceGarbled { device: String, reason: String },
+    /// The device understood, and will not.
+    #[error("the device refuses: {reason}")]
+    DeviceRefused { reason: String },
+    #[error("{device}: {reason}")]
+    Unauthorised { device: String, reason: String },
 
     #[error("{path}: {reason}")]
     FileIo { path: String, reason: String },
@@ -163,6 +192,9 @@ pub enum Error {
     FileVersion { path: String, found: u32, supported: u32 },
     #[error("{path}: {reason}")]
     FileMismatch { path: String, reason: String },
+
+    #[error("{path}: the disk is full")]
+    DiskFull { path: String },
 
     #[error("cancelled")]
     Cancelled,
@@ -198,6 +230,7 @@ impl Error {
             Self::Unsupported { .. } => Status::Unsupported,
             Self::Busy { .. } => Status::Busy,
             Self::BadState { .. } => Status::BadState,
+            Self::InvalidAddress { .. } => Status::InvalidAddress,
             Self::TooFewPoints { .. } | Self::TooFewSpots { .. } | Self::TooFewMatches { .. } => Status::TooFewPoints,
             Self::Degenerate { .. } => Status::Degenerate,
             Self::NoConvergence { .. } => Status::NoConvergence,
@@ -212,6 +245,14 @@ impl Error {
             Self::DeviceLost { .. } => Status::DeviceLost,
             Self::DeviceTimeout { .. } => Status::DeviceTimeout,
             Self::LaserRefused { .. } => Status::LaserRefused,
+            Self::DeviceNotFound { .. } => Status::DeviceNotFound,
+            Self::DevicePermission { .. } => Status::DevicePermission,
+            Self::DeviceBusy { .. } => Status::DeviceBusy,
+            Self::DeviceMismatch { .. } => Status::DeviceMismatch,
+            Self::DeviceGarbled { .. } => Status::DeviceGarbled,
+            Self::DeviceRefused { .. } => Status::DeviceRefused,
+            Self::Unauthorised { .. } => Status::Unauthorised,
+            Self::DiskFull { .. } => Status::DiskFull,
             Self::FileIo { .. } => Status::FileIo,
             Self::FileFormat { .. } => Status::FileFormat,
             Self::FileVersion { .. } => Status::FileVersion,
@@ -264,6 +305,21 @@ impl Error {
                 Some("check cable and power, then open the rig again; a journalled scan resumes")
             }
             Self::LaserRefused { .. } => Some("release the emergency stop and make sure that the head stands still"),
+            Self::InvalidAddress { .. } => Some("docs/addresses.md lists the forms, each with an example"),
+            Self::DeviceNotFound { .. } => {
+                Some("check the name, cable and power; for serial ports use the name under /dev/serial/by-id")
+            }
+            Self::DevicePermission { .. } => {
+                Some("let the user into the device's group (dialout, video or gpio), then log in again")
+            }
+            Self::DeviceBusy { .. } => Some("end the other program that holds it: `fuser -v` names it"),
+            Self::DeviceMismatch { .. } => {
+                Some("correct the kind of device or the model in the address; probe says what it is")
+            }
+            Self::DeviceGarbled { .. } => Some("set the device's baud rate in the address (baud=9600, baud=38400)"),
+            Self::DeviceRefused { .. } => Some("wait for the end of its move or set-up, or stop it first"),
+            Self::Unauthorised { .. } => Some("give the user's name and password, and check the device's clock"),
+            Self::DiskFull { .. } => Some("make room on the disk and call again: a journalled scan resumes"),
             Self::FileVersion { .. } | Self::FileMismatch { .. } => Some("use another path, or remove the old file"),
             _ => None,
         }

@@ -183,7 +183,8 @@ impl HostPtz {
                 pan_step: p.pan_step,
                 tilt_step: p.tilt_step,
                 reports_motion: p.motion.is_some(),
-                has_zoom: false,
+                reports_position: true,
+                ..PtzCapabilities::default()
             },
             user: User::new(p.user),
             move_absolute: required(p.move_absolute, "ptz.move_absolute")?,

@@ -29,6 +29,8 @@ pub enum ptzcal_status {
     Busy = -6,
     /// The handle's state does not allow the call; after a PANIC only its _free or _close does.
     BadState = -7,
+    /// Argument: the address of a device has not the form that its kind demands; the message says where.
+    InvalidAddress = -8,
 
     /// Data: too few measurements are usable.
     TooFewPoints = -100,
@@ -60,6 +62,20 @@ pub enum ptzcal_status {
     DeviceTimeout = -302,
     /// Device: the laser stays off (emergency stop, head moving, ...).
     LaserRefused = -303,
+    /// Device: there is no such device file, line or host, or nobody listens there.
+    DeviceNotFound = -304,
+    /// Device: this user may not open it.
+    DevicePermission = -305,
+    /// Device: another process holds it.
+    DeviceBusy = -306,
+    /// Device: something answers, and it is not what the address says.
+    DeviceMismatch = -307,
+    /// Device: bytes arrive that are no messages: another baud rate, or a bad line.
+    DeviceGarbled = -308,
+    /// Device: it understood, and refuses.
+    DeviceRefused = -309,
+    /// Device: it wants another user's name or password.
+    Unauthorised = -310,
 
     /// File: reading or writing failed.
     FileIo = -400,
@@ -69,6 +85,8 @@ pub enum ptzcal_status {
     FileVersion = -402,
     /// File: it belongs to another rig, region or run.
     FileMismatch = -403,
+    /// File: the disk is full.
+    DiskFull = -404,
 
     /// Stopped by a ptzcal_cancel token or a progress callback.
     Cancelled = -500,
@@ -80,7 +98,7 @@ pub enum ptzcal_status {
 }
 
 impl ptzcal_status {
-    const ALL: [(Self, &'static CStr); 29] = [
+    const ALL: [(Self, &'static CStr); 38] = [
         (Self::Ok, c"PTZCAL_STATUS_OK"),
         (Self::InvalidArgument, c"PTZCAL_STATUS_INVALID_ARGUMENT"),
         (Self::NullPointer, c"PTZCAL_STATUS_NULL_POINTER"),
@@ -89,6 +107,7 @@ impl ptzcal_status {
         (Self::Unsupported, c"PTZCAL_STATUS_UNSUPPORTED"),
         (Self::Busy, c"PTZCAL_STATUS_BUSY"),
         (Self::BadState, c"PTZCAL_STATUS_BAD_STATE"),
+        (Self::InvalidAddress, c"PTZCAL_STATUS_INVALID_ADDRESS"),
         (Self::TooFewPoints, c"PTZCAL_STATUS_TOO_FEW_POINTS"),
         (Self::Degenerate, c"PTZCAL_STATUS_DEGENERATE"),
         (Self::NoConvergence, c"PTZCAL_STATUS_NO_CONVERGENCE"),
@@ -103,10 +122,18 @@ impl ptzcal_status {
         (Self::DeviceLost, c"PTZCAL_STATUS_DEVICE_LOST"),
         (Self::DeviceTimeout, c"PTZCAL_STATUS_DEVICE_TIMEOUT"),
         (Self::LaserRefused, c"PTZCAL_STATUS_LASER_REFUSED"),
+        (Self::DeviceNotFound, c"PTZCAL_STATUS_DEVICE_NOT_FOUND"),
+        (Self::DevicePermission, c"PTZCAL_STATUS_DEVICE_PERMISSION"),
+        (Self::DeviceBusy, c"PTZCAL_STATUS_DEVICE_BUSY"),
+        (Self::DeviceMismatch, c"PTZCAL_STATUS_DEVICE_MISMATCH"),
+        (Self::DeviceGarbled, c"PTZCAL_STATUS_DEVICE_GARBLED"),
+        (Self::DeviceRefused, c"PTZCAL_STATUS_DEVICE_REFUSED"),
+        (Self::Unauthorised, c"PTZCAL_STATUS_UNAUTHORISED"),
         (Self::FileIo, c"PTZCAL_STATUS_FILE_IO"),
         (Self::FileFormat, c"PTZCAL_STATUS_FILE_FORMAT"),
         (Self::FileVersion, c"PTZCAL_STATUS_FILE_VERSION"),
         (Self::FileMismatch, c"PTZCAL_STATUS_FILE_MISMATCH"),
+        (Self::DiskFull, c"PTZCAL_STATUS_DISK_FULL"),
         (Self::Cancelled, c"PTZCAL_STATUS_CANCELLED"),
         (Self::Internal, c"PTZCAL_STATUS_INTERNAL"),
         (Self::Panic, c"PTZCAL_STATUS_PANIC"),
@@ -124,6 +151,7 @@ impl From<Status> for ptzcal_status {
             Status::Unsupported => Self::Unsupported,
             Status::Busy => Self::Busy,
             Status::BadState => Self::BadState,
+            Status::InvalidAddress => Self::InvalidAddress,
             Status::TooFewPoints => Self::TooFewPoints,
             Status::Degenerate => Self::Degenerate,
             Status::NoConvergence => Self::NoConvergence,
@@ -138,10 +166,18 @@ impl From<Status> for ptzcal_status {
             Status::DeviceLost => Self::DeviceLost,
             Status::DeviceTimeout => Self::DeviceTimeout,
             Status::LaserRefused => Self::LaserRefused,
+            Status::DeviceNotFound => Self::DeviceNotFound,
+            Status::DevicePermission => Self::DevicePermission,
+            Status::DeviceBusy => Self::DeviceBusy,
+            Status::DeviceMismatch => Self::DeviceMismatch,
+            Status::DeviceGarbled => Self::DeviceGarbled,
+            Status::DeviceRefused => Self::DeviceRefused,
+            Status::Unauthorised => Self::Unauthorised,
             Status::FileIo => Self::FileIo,
             Status::FileFormat => Self::FileFormat,
             Status::FileVersion => Self::FileVersion,
             Status::FileMismatch => Self::FileMismatch,
+            Status::DiskFull => Self::DiskFull,
             Status::Cancelled => Self::Cancelled,
             Status::Internal => Self::Internal,
             Status::Panic => Self::Panic,
@@ -178,6 +214,7 @@ mod tests {
             Status::Unsupported,
             Status::Busy,
             Status::BadState,
+            Status::InvalidAddress,
             Status::TooFewPoints,
             Status::Degenerate,
             Status::NoConvergence,
@@ -192,10 +229,18 @@ mod tests {
             Status::DeviceLost,
             Status::DeviceTimeout,
             Status::LaserRefused,
+            Status::DeviceNotFound,
+            Status::DevicePermission,
+            Status::DeviceBusy,
+            Status::DeviceMismatch,
+            Status::DeviceGarbled,
+            Status::DeviceRefused,
+            Status::Unauthorised,
             Status::FileIo,
             Status::FileFormat,
             Status::FileVersion,
             Status::FileMismatch,
+            Status::DiskFull,
             Status::Cancelled,
             Status::Internal,
             Status::Panic,

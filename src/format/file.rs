@@ -1,7 +1,7 @@
 //! Whole-file reading with a bound and whole-file writing by rename.
 
 use std::fs::{self, File, OpenOptions};
-use std::io::{Read, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -47,8 +47,13 @@ pub(super) fn read_bounded(path: &Path, limit: u64) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-pub(super) fn io_error(path: &Path, e: &std::io::Error) -> Error {
-    Error::FileIo { path: path.display().to_string(), reason: e.to_string() }
+/// The error for a failed call on a file.
+pub fn io_error(path: &Path, e: &std::io::Error) -> Error {
+    let path = path.display().to_string();
+    match e.kind() {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => Error::DiskFull { path },
+        _ => Error::FileIo { path, reason: e.to_string() },
+    }
 }
 
 pub(super) fn format_error(path: &str, reason: impl Into<String>) -> Error {

@@ -11,7 +11,7 @@ pub mod picture;
 pub mod ply;
 pub mod zoom_json;
 
-pub use file::write_atomically;
+pub use file::{io_error, write_atomically};
 pub use model_json::{CalibrationRecord, CameraRecord, read_camera, write_camera};
 pub use opencv_yaml::{OpenCvCamera, read_opencv_yaml, write_opencv_yaml};
 pub use picture::{read_depth, read_picture, write_png};

@@ -221,7 +221,8 @@ impl PanTiltZoom for FakeHead {
             pan_step: STEP,
             tilt_step: STEP,
             reports_motion: self.0.world().habits.reports_motion,
-            has_zoom: false,
+            reports_position: true,
+            ..PtzCapabilities::default()
         }
     }
 

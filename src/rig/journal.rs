@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 use super::shot::{Miss, Shot, Sighting};
 use crate::detect::spot::Spot;
 use crate::error::{Error, Result};
+use crate::format::io_error;
 
 const MAGIC: &[u8; 8] = b"PTZCALJ\n";
 const VERSION: u32 = 1;
@@ -74,7 +75,7 @@ impl Journal {
     /// `FileIo`; `Busy` for a journal that another scan is writing; `FileFormat` for a file that is no
     /// journal (it is left alone); `FileVersion`; `FileMismatch` for the journal of another scan.
     pub fn open(path: &Path, identity: &Identity, positions: usize, sync: bool) -> Result<Resumed> {
-        let io = |e: std::io::Error| Error::FileIo { path: path.display().to_string(), reason: e.to_string() };
+        let io = |e: std::io::Error| io_error(path, &e);
         let journal = |file, end| Journal {
             path: path.to_owned(),
             file,
@@ -128,7 +129,7 @@ impl Journal {
     }
 
     fn io(&self, e: &std::io::Error) -> Error {
-        Error::FileIo { path: self.path.display().to_string(), reason: e.to_string() }
+        io_error(&self.path, e)
     }
 
     /// Reads header and records, and cuts an unfinished record off.

@@ -43,7 +43,8 @@ impl PanTiltZoom for SimPtz {
             pan_step: step,
             tilt_step: step,
             reports_motion: true,
-            has_zoom: false,
+            reports_position: true,
+            ..PtzCapabilities::default()
         }
     }
 

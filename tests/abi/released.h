@@ -157,6 +157,8 @@ enum {
   PTZCAL_STATUS_BUSY = -6,
   /** The handle's state does not allow the call; after a PANIC only its _free or _close does. */
   PTZCAL_STATUS_BAD_STATE = -7,
+  /** Argument: the address of a device has not the form that its kind demands; the message says where. */
+  PTZCAL_STATUS_INVALID_ADDRESS = -8,
   /** Data: too few measurements are usable. */
   PTZCAL_STATUS_TOO_FEW_POINTS = -100,
   /** Data: the geometry cannot determine the result (coplanar, collinear, ...); the hint says what to add. */
@@ -185,6 +187,20 @@ enum {
   PTZCAL_STATUS_DEVICE_TIMEOUT = -302,
   /** Device: the laser stays off (emergency stop, head moving, ...). */
   PTZCAL_STATUS_LASER_REFUSED = -303,
+  /** Device: there is no such device file, line or host, or nobody listens there. */
+  PTZCAL_STATUS_DEVICE_NOT_FOUND = -304,
+  /** Device: this user may not open it. */
+  PTZCAL_STATUS_DEVICE_PERMISSION = -305,
+  /** Device: another process holds it. */
+  PTZCAL_STATUS_DEVICE_BUSY = -306,
+  /** Device: something answers, and it is not what the address says. */
+  PTZCAL_STATUS_DEVICE_MISMATCH = -307,
+  /** Device: bytes arrive that are no messages: another baud rate, or a bad line. */
+  PTZCAL_STATUS_DEVICE_GARBLED = -308,
+  /** Device: it understood, and refuses. */
+  PTZCAL_STATUS_DEVICE_REFUSED = -309,
+  /** Device: it wants another user's name or password. */
+  PTZCAL_STATUS_UNAUTHORISED = -310,
   /** File: reading or writing failed. */
   PTZCAL_STATUS_FILE_IO = -400,
   /** File: the content is not what it should be. */
@@ -193,6 +209,8 @@ enum {
   PTZCAL_STATUS_FILE_VERSION = -402,
   /** File: it belongs to another rig, region or run. */
   PTZCAL_STATUS_FILE_MISMATCH = -403,
+  /** File: the disk is full. */
+  PTZCAL_STATUS_DISK_FULL = -404,
   /** Stopped by a ptzcal_cancel token or a progress callback. */
   PTZCAL_STATUS_CANCELLED = -500,
   /** A fault of the library; please report the message. */

@@ -1,0 +1,51 @@
+//! From an address to the device behind it.
+
+use std::sync::Arc;
+
+use super::{Address, Credentials, FrameSource, Laser, PanTiltZoom};
+use crate::control::{Clock, Log, SystemClock};
+use crate::error::{Error, Result};
+
+/// What a device needs besides its address.
+#[derive(Clone)]
+pub struct Surroundings {
+    /// Frames are stamped with it; it bounds all waiting.
+    pub clock: Arc<dyn Clock>,
+    pub log: Log,
+    pub credentials: Option<Credentials>,
+}
+
+impl Default for Surroundings {
+    fn default() -> Self {
+        Self { clock: Arc::new(SystemClock::default()), log: Log::silent(), credentials: None }
+    }
+}
+
+/// Opens a pan-tilt head.
+///
+/// # Errors
+/// `InvalidAddress`; `Unsupported` for a kind of device that has no head or that this build does not
+/// know; the device's own.
+pub fn open_ptz(address: &Address, _surroundings: &Surroundings) -> Result<Box<dyn PanTiltZoom>> {
+    Err(unknown(address, "a head"))
+}
+
+/// Opens a laser and switches it off.
+///
+/// # Errors
+/// As [`open_ptz`].
+pub fn open_laser(address: &Address, _surroundings: &Surroundings) -> Result<Box<dyn Laser>> {
+    Err(unknown(address, "a laser"))
+}
+
+/// Opens a camera's frames.
+///
+/// # Errors
+/// As [`open_ptz`].
+pub fn open_frames(address: &Address, _surroundings: &Surroundings) -> Result<Box<dyn FrameSource>> {
+    Err(unknown(address, "frames"))
+}
+
+fn unknown(address: &Address, what: &str) -> Error {
+    Error::Unsupported { what: format!("{what} at an address that begins with {}://", address.scheme()) }
+}
