@@ -27,6 +27,8 @@ pub mod device;
 pub mod draw;
 pub mod error;
 pub mod format;
+#[cfg(test)]
+mod fuzz;
 pub mod geometry;
 pub mod image;
 pub mod pose;

@@ -8,6 +8,7 @@ mod address;
 mod io;
 mod link;
 mod open;
+pub mod recording;
 
 use std::sync::Arc;
 
