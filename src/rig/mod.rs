@@ -221,7 +221,7 @@ impl Drop for Rig {
 }
 
 /// Refuses angles (device readings, radians) that the head cannot reach.
-pub(super) fn check_reach(capabilities: &PtzCapabilities, pan: f64, tilt: f64) -> Result<()> {
+pub(crate) fn check_reach(capabilities: &PtzCapabilities, pan: f64, tilt: f64) -> Result<()> {
     for (name, angle, [low, high]) in [("pan", pan, capabilities.pan_range), ("tilt", tilt, capabilities.tilt_range)] {
         if !angle.is_finite() {
             return Err(Error::NotFinite { name, index: 0 });
