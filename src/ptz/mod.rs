@@ -193,6 +193,13 @@ impl Head {
         self.shared.stop()
     }
 
+    /// Stops the head and ends its thread; says so when it could not be stopped.
+    pub fn close(self) -> Result<()> {
+        unpoisoned(&self.shared.duty).close();
+        self.shared.wake.notify_all();
+        self.shared.stop()
+    }
+
     /// Waits until a move has ended and says how. A move that a later one replaced ends with it.
     ///
     /// # Errors

@@ -25,6 +25,7 @@ use ptzcal::capi::rgbd::{ptzcal_rgbd_options, ptzcal_rgbd_view};
 use ptzcal::capi::rig_calibrated::{ptzcal_common_line, ptzcal_zoom_position};
 use ptzcal::capi::rig_model::ptzcal_rig_model;
 use ptzcal::capi::rig_views::ptzcal_rig_view;
+use ptzcal::capi::head::ptzcal_head_capabilities;
 use ptzcal::capi::scan::{ptzcal_region, ptzcal_scan_summary};
 use ptzcal::capi::shot::ptzcal_shot;
 use ptzcal::capi::sift::ptzcal_sift_options;
@@ -79,6 +80,7 @@ fn rust() -> String {
         disagreement condition);
     layout!(out, ptzcal_ptz: struct_size reserved pan_min pan_max tilt_min tilt_max pan_step tilt_step
         user move_absolute position motion stop);
+    layout!(out, ptzcal_head_capabilities: struct_size raw_units pan_min pan_max tilt_min tilt_max pan_step tilt_step pan_speed tilt_speed presets reports_motion reports_position has_drive has_relative has_home has_zoom has_focus has_exposure_lock reserved);
     layout!(out, ptzcal_region: struct_size pan_steps tilt_steps reserved pan_min pan_max tilt_min tilt_max);
     layout!(out, ptzcal_scan_summary: struct_size complete positions shots resumed found fixed_cameras
         journal_damaged journal_cut);
