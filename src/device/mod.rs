@@ -8,6 +8,7 @@ mod address;
 mod io;
 mod link;
 mod open;
+pub mod visca;
 
 use std::sync::Arc;
 
