@@ -3,9 +3,9 @@
 
 use std::sync::Arc;
 
+use crate::sim::Shared;
 use crate::sim::motion::HeadMotion;
 use crate::sim::options::SimOptions;
-use crate::sim::Shared;
 
 /// Moves are kept so long, seconds.
 const MEMORY: f64 = 1.0;

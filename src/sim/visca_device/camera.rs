@@ -205,20 +205,14 @@ impl Camera {
         said.push(Said { time, origin, reply: Reply::Error { socket, fault } });
     }
 
-    fn command(
-        &mut self,
-        command: Request,
-        origin: Origin,
-        time: f64,
-        dealer: &mut Dealer,
-        said: &mut Vec<Said>,
-    ) {
+    fn command(&mut self, command: Request, origin: Origin, time: f64, dealer: &mut Dealer, said: &mut Vec<Said>) {
         let mut say = |reply| said.push(Said { time, origin, reply });
         let Some(free) = self.sockets.iter().position(Option::is_none) else {
             return say(Reply::Error { socket: 0, fault: Fault::BufferFull });
         };
         let socket = free as u8 + 1;
         match self.execute(command, time, dealer) {
+            Err(Fault::Syntax) => say(Reply::Error { socket: 0, fault: Fault::Syntax }),
             Err(fault) => say(Reply::Error { socket, fault }),
             Ok((part, ends)) => {
                 say(Reply::Ack { socket });
@@ -331,11 +325,7 @@ impl Camera {
         time: f64,
         dealer: &mut Dealer,
     ) -> Result<(Part, f64), Fault> {
-        let now = Preset {
-            position: self.position(time),
-            zoom: self.zoom.value(time),
-            focus: self.focus.value(time),
-        };
+        let now = Preset { position: self.position(time), zoom: self.zoom.value(time), focus: self.focus.value(time) };
         let slot = self.presets.get_mut(usize::from(number)).ok_or(Fault::Syntax)?;
         match action {
             PresetAction::Clear => *slot = None,

@@ -3,7 +3,7 @@
 use super::body::Head;
 use super::camera::{Behaviour, Camera, Said};
 use super::faults::{Dealer, Fault as LineFault, FaultKind};
-use super::wire::{Origin, Outgoing, Wire};
+use super::wire::{Origin, Outgoing, Wire, byte_time};
 use crate::device::visca::codec::{BROADCAST, Fault, Framer, MAX_PACKET, Packet, Reply, Request};
 use crate::device::visca::models::Model;
 use crate::error::{Error, Result};
@@ -45,6 +45,9 @@ pub struct Emulator {
     wire: Wire,
     dealer: Dealer,
     framer: Framer,
+    /// Seconds a byte takes, and until when the line from the controller is busy.
+    byte_time: f64,
+    heard_until: f64,
     /// Neither hears nor says anything until then.
     silent_until: f64,
     /// The link is down until then.
@@ -78,6 +81,8 @@ impl Emulator {
             wire: Wire::new(*baud),
             dealer: Dealer::new(*seed),
             framer: Framer::new(),
+            byte_time: byte_time(*baud),
+            heard_until: 0.0,
             silent_until: 0.0,
             unplugged_until: 0.0,
             unplugged: 0,
@@ -111,13 +116,19 @@ impl Emulator {
 
     /// Takes bytes of a serial line.
     pub fn feed(&mut self, bytes: &[u8], now: f64) {
+        self.feed_line(bytes, Origin::default(), now);
+    }
+
+    pub(super) fn feed_line(&mut self, bytes: &[u8], origin: Origin, now: f64) {
         self.finish(now);
         if !self.is_plugged(now) {
             return;
         }
+        self.heard_until = self.heard_until.max(now);
         for byte in self.dealer.damage(bytes, now) {
+            self.heard_until += self.byte_time;
             if let Some(packet) = self.framer.push(byte) {
-                self.take(&packet, Origin::default(), now);
+                self.take(&packet, origin, self.heard_until);
             }
         }
     }
@@ -126,7 +137,7 @@ impl Emulator {
     /// answered by a syntax error.
     pub fn feed_packet(&mut self, bytes: &[u8], origin: Origin, now: f64) {
         self.finish(now);
-        if !self.is_plugged(now) {
+        if !self.is_plugged(now) || self.dealer.strikes(FaultKind::Lose, now).is_some() {
             return;
         }
         let bytes = self.dealer.damage(bytes, now);
@@ -175,7 +186,7 @@ impl Emulator {
         self.unplugged
     }
 
-    /// Packets heard so far.
+    /// Packets heard so far, those for nobody included.
     pub fn requests(&self) -> u64 {
         self.requests
     }

@@ -17,15 +17,15 @@ pub enum FaultKind {
     GarbleByte,
     /// A pause within a reply. Asked of each reply, as all to [`Reorder`](Self::Reorder).
     Split,
-    /// A reply comes late.
+    /// A reply comes late, and those after it as well.
     Delay,
     /// A reply bears another camera's address.
     WrongAddress,
     /// A reply comes twice.
     Duplicate,
-    /// A datagram is lost. Asked of each datagram, in both directions.
+    /// A reply, or a datagram in either direction, is lost.
     Lose,
-    /// A reply's datagram is overtaken by the next.
+    /// A reply's datagram is late, and others overtake it.
     Reorder,
     /// A datagram is answered by "abnormal sequence number" and not heard.
     SequenceError,
@@ -85,7 +85,7 @@ impl FaultKind {
 
     fn default_seconds(self) -> f64 {
         match self {
-            Self::Split | Self::Delay => 0.1,
+            Self::Split | Self::Delay | Self::Reorder => 0.1,
             Self::Silence => 2.0,
             Self::Unplug => 5.0,
             _ => 0.0,
@@ -107,7 +107,7 @@ pub enum When {
 pub struct Fault {
     pub kind: FaultKind,
     pub when: When,
-    /// How long it takes: pause of a split, delay, silence, time until plugged in again.
+    /// How long it takes: pause of a split, delay, silence, until it is plugged in again.
     pub seconds: f64,
 }
 

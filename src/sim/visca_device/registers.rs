@@ -60,9 +60,7 @@ impl Registers {
             Register::WhiteBalance => (value < MANUAL_WHITE || value == MANUAL_WHITE && self.manual_white, true),
             Register::FocusMode => ((AUTO_FOCUS..=MANUAL_FOCUS).contains(&value), true),
             Register::ExposureMode => ([0, MANUAL_EXPOSURE, SHUTTER_PRIORITY, IRIS_PRIORITY].contains(&value), true),
-            Register::RedGain | Register::BlueGain => {
-                (value <= 0xff, self.get(Register::WhiteBalance) == MANUAL_WHITE)
-            }
+            Register::RedGain | Register::BlueGain => (value <= 0xff, self.get(Register::WhiteBalance) == MANUAL_WHITE),
             Register::Shutter => (value <= 0x15, manual(&[MANUAL_EXPOSURE, SHUTTER_PRIORITY])),
             Register::Iris => (value <= 0x11, manual(&[MANUAL_EXPOSURE, IRIS_PRIORITY])),
             Register::Gain => (value <= 0x0f, manual(&[MANUAL_EXPOSURE])),

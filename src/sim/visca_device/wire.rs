@@ -6,8 +6,9 @@ use super::faults::{Dealer, FaultKind};
 /// Whose request is answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Origin {
-    /// Number of the connection that it came over.
-    pub peer: u32,
+    /// Number of the way that it came in by, and of the peer there.
+    pub port: u16,
+    pub peer: u16,
     /// Its sequence number, of VISCA over IP.
     pub sequence: u32,
 }
@@ -26,9 +27,16 @@ const BITS: f64 = 10.0;
 /// Replies that wait at most; more than that nobody reads.
 const MAX_QUEUE: usize = 1024;
 
+/// Seconds a byte takes at so many bits per second; 0 at 0.
+pub(super) fn byte_time(baud: f64) -> f64 {
+    if baud > 0.0 { BITS / baud } else { 0.0 }
+}
+
 pub(super) struct Wire {
     /// In the order in which they are sent; `time` is when that begins.
     queue: Vec<Outgoing>,
+    /// No reply begins before this: one was delayed.
+    held_until: f64,
     /// Until then the line is busy.
     free: f64,
     /// Seconds a byte takes.
@@ -38,7 +46,7 @@ pub(super) struct Wire {
 impl Wire {
     /// `baud` 0: at once.
     pub fn new(baud: f64) -> Self {
-        Self { queue: Vec::new(), free: 0.0, byte_time: if baud > 0.0 { BITS / baud } else { 0.0 } }
+        Self { queue: Vec::new(), held_until: 0.0, free: 0.0, byte_time: byte_time(baud) }
     }
 
     /// Sends a reply at a moment, with what goes wrong on its way. The first byte is the header.
@@ -52,8 +60,15 @@ impl Wire {
             *header = *header & 0x8f | (((address + dealer.below(6)) % 7 + 1) as u8) << 4;
         }
         let bytes = dealer.damage(&bytes, time);
-        let late = dealer.strikes(FaultKind::Delay, time).unwrap_or(0.0);
-        let mut pieces = vec![(time + late, bytes)];
+        if dealer.strikes(FaultKind::Lose, time).is_some() {
+            return;
+        }
+        if let Some(seconds) = dealer.strikes(FaultKind::Delay, time) {
+            self.held_until = self.held_until.max(time + seconds);
+        }
+        // This one alone: the next overtake it.
+        let late = dealer.strikes(FaultKind::Reorder, time).unwrap_or(0.0);
+        let mut pieces = vec![(time.max(self.held_until) + late, bytes)];
         if let Some(pause) = dealer.strikes(FaultKind::Split, time) {
             let (begin, bytes) = &mut pieces[0];
             let rest = bytes.split_off(bytes.len().min(1 + dealer.below(packet.len().max(2) - 1)));
@@ -125,7 +140,8 @@ mod tests {
 
     #[test]
     fn replies_go_wrong_as_they_should() {
-        assert_eq!(sent(FaultKind::Lose, 0.0), [(1.0, REPLY.to_vec())]);
+        assert_eq!(sent(FaultKind::Silence, 0.0), [(1.0, REPLY.to_vec())]);
+        assert!(sent(FaultKind::Lose, 0.0).is_empty());
         assert_eq!(sent(FaultKind::Delay, 0.5), [(1.5, REPLY.to_vec())]);
         assert_eq!(sent(FaultKind::Duplicate, 0.0).len(), 2);
         let pieces = sent(FaultKind::Split, 0.25);
@@ -134,6 +150,18 @@ mod tests {
         let wrong = &sent(FaultKind::WrongAddress, 0.0)[0].1;
         assert!(wrong[0] != 0x90 && wrong[0] >= 0x90 && wrong[0] & 0x8f == 0x80 && wrong[1..] == REPLY[1..]);
         assert!(sent(FaultKind::DropByte, 0.0).is_empty());
+    }
+
+    #[test]
+    fn a_delay_holds_the_line_and_a_datagram_is_overtaken() {
+        for (kind, wanted) in [(FaultKind::Delay, [1, 2]), (FaultKind::Reorder, [2, 1])] {
+            let (mut wire, mut dealer) = (Wire::new(0.0), Dealer::new(1));
+            dealer.set(&[Fault { kind, when: When::At(0.0), seconds: 0.5 }]);
+            wire.send(1.0, Origin::default(), &[1], &mut dealer);
+            wire.send(1.1, Origin::default(), &[2], &mut dealer);
+            let order: Vec<u8> = std::iter::from_fn(|| wire.receive(9.0)).map(|o| o.bytes[0]).collect();
+            assert_eq!(order, wanted);
+        }
     }
 
     #[test]
