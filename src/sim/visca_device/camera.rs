@@ -19,7 +19,7 @@ const MAX_ZOOM_CODE: u8 = 7;
 const STANDARD_ZOOM_CODE: u8 = 4;
 
 /// Vendors as versions state them.
-const SONY: u16 = 0x0020;
+const SONY: u16 = 0x0001;
 const OTHER_VENDOR: u16 = 0x0220;
 /// Ends of focus, far and near, where the model's are not documented.
 const FOCUS: [u16; 2] = [0x1000, 0xc000];

@@ -175,8 +175,8 @@ fn a_chain_counts_its_cameras_and_each_answers_for_itself() {
     let mut b = Bench { emulator: Emulator::new(&options(&models)).unwrap(), now: 0.0 };
     assert_eq!(b.ask("88 30 01 FF", 0.1), ["88 30 04 FF"]);
     assert_eq!(b.ask("88 01 00 01 FF", 0.1), ["88 01 00 01 FF"]);
-    assert_eq!(b.ask("81 09 00 02 FF", 0.1), ["90 50 00 20 04 02 01 00 02 FF"]);
-    assert_eq!(b.ask("82 09 00 02 FF", 0.1), ["A0 50 00 20 04 0D 01 00 02 FF"]);
+    assert_eq!(b.ask("81 09 00 02 FF", 0.1), ["90 50 00 01 04 02 01 00 02 FF"]);
+    assert_eq!(b.ask("82 09 00 02 FF", 0.1), ["A0 50 00 01 04 0D 01 00 02 FF"]);
     assert_eq!(b.ask("83 09 06 12 FF", 0.1), ["B0 50 00 00 00 00 00 00 00 00 00 FF"]);
     assert!(b.ask("84 09 00 02 FF", 0.1).is_empty());
     assert_eq!(b.ask("82 01 00 01 FF", 0.1), ["A0 50 FF"]);
