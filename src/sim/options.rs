@@ -49,6 +49,10 @@ pub struct SimOptions {
     /// Factor on the difference between the true and the nominal rig model; 0 makes them equal.
     pub misalignment: f64,
 
+    /// 0: virtual time, which passes as fast as the work is done. Else the simulator waits for the
+    /// system's clock, and its time runs this many times as fast.
+    pub real_time: f64,
+
     pub faults: Faults,
 }
 
@@ -107,6 +111,7 @@ impl Default for SimOptions {
             overshoot: 0.1f64.to_radians(),
             repeatability: 0.005f64.to_radians(),
             misalignment: 1.0,
+            real_time: 0.0,
             faults: Faults::default(),
         }
     }
@@ -127,7 +132,7 @@ const fn number(key: &'static str, range: [f64; 2], unit: f64, field: fn(&mut Si
     Number { key, range, unit, field }
 }
 
-const NUMBERS: [Number; 17] = [
+const NUMBERS: [Number; 18] = [
     number("noise", [0.0, 12.0], 1.0, |o| &mut o.read_noise),
     number("shot", [0.0, 0.3], 1.0, |o| &mut o.shot_noise),
     number("psf", [0.5, 5.0], 1.0, |o| &mut o.point_spread),
@@ -142,6 +147,7 @@ const NUMBERS: [Number; 17] = [
     number("speed_deg", [0.1, 1000.0], DEGREE, |o| &mut o.speed),
     number("overshoot_deg", [0.0, 5.0], DEGREE, |o| &mut o.overshoot),
     number("repeatability_deg", [0.0, 5.0], DEGREE, |o| &mut o.repeatability),
+    number("real_time", [0.0, 1000.0], 1.0, |o| &mut o.real_time),
     number("misalignment", [-20.0, 20.0], 1.0, |o| &mut o.misalignment),
     number("drift", [0.0, 0.9], 1.0, |o| &mut o.faults.exposure_drift),
     number("reflection", [0.0, 1.0], 1.0, |o| &mut o.faults.reflection),
