@@ -33,7 +33,9 @@ fn has_numpy(python: &Path) -> bool {
 fn python() -> Option<&'static Path> {
     static PYTHON: OnceLock<Option<PathBuf>> = OnceLock::new();
     let system = system_python();
-    let found = PYTHON.get_or_init(|| if has_numpy(&system) { Some(system) } else { environment("python-venv", &["numpy"], "numpy") });
+    let found = PYTHON.get_or_init(|| {
+        if has_numpy(&system) { Some(system) } else { environment("python-venv", &["numpy"], "numpy") }
+    });
     found.as_deref()
 }
 

@@ -7,12 +7,12 @@ use std::process::Command;
 use std::sync::Arc;
 use std::time::Duration;
 
+use grafton_visca::CompileTimeProfile;
 use grafton_visca::blocking::{CameraConfig, Session};
 use grafton_visca::camera::profiles::{SonyBRC300, SonyEVIH100};
 use grafton_visca::transport::serial::Startup;
-use grafton_visca::units::Degrees;
 use grafton_visca::types::{SpeedLevel, ZoomPosition};
-use grafton_visca::CompileTimeProfile;
+use grafton_visca::units::Degrees;
 use ptzcal::device::visca::models::Model;
 use ptzcal::sim::ScaledClock;
 use ptzcal::sim::visca_device::{EmulatorOptions, Server, ServerBuilder, ViscaDevice};

@@ -14,6 +14,9 @@ use crate::error::{Error, Result};
 
 /// A head that stands so long has ended its move, whether it said so or not, seconds.
 const STILL: f64 = 1.0;
+/// A head that is said to have arrived and is farther from its target than this has not, degrees.
+/// More than cheap cameras are off, less than any move that was lost.
+const MISS: f64 = 0.25;
 /// Greatest code of zoom's speed.
 const ZOOM_SPEED: f64 = 7.0;
 
@@ -25,9 +28,10 @@ const ONE_PUSH_WHITE: u16 = 3;
 
 /// A camera's head.
 ///
-/// A move is over when the camera says that it has completed it and, where it knows that inquiry,
-/// that it does not move. Where the line has lost a completion, a head that stands still for a second
-/// has ended its move: well, when it is at its target.
+/// A move is over when the camera says that it has completed it, that it does not move (where it knows
+/// that inquiry), and that it is at its target. Where the line has lost a completion, or the target
+/// was missed, a head that stands still for a second has ended its move: well, when it is at its
+/// target, else it has failed.
 pub struct ViscaHead {
     session: Session,
     identity: Identity,
@@ -35,8 +39,10 @@ pub struct ViscaHead {
     id: Option<u16>,
     /// When it was made sure that this is the camera.
     identified: u64,
-    /// Units of the last absolute move.
+    /// Where the last move leads, until it is there.
     target: Option<[i32; 2]>,
+    /// The last move ended elsewhere.
+    failed: bool,
     /// Last reading without motion, and since when.
     still: Option<([i32; 3], f64)>,
     driving: bool,
@@ -100,6 +106,7 @@ impl ViscaHead {
             identity,
             id: version.map(|version| version.model),
             target: None,
+            failed: false,
             still: None,
             driving: false,
             zooming: false,
@@ -119,6 +126,7 @@ impl ViscaHead {
         if std::mem::replace(&mut self.stops, stops) != stops {
             self.driving = false;
             self.zooming = false;
+            self.failed = false;
             self.target = None;
         }
         if self.session.generation() == self.identified {
@@ -175,6 +183,7 @@ impl ViscaHead {
     /// Moves at full speed. The pan and tilt are the model's units.
     fn start(&mut self, request: Request, target: Option<[i32; 2]>) -> Result<()> {
         self.driving = false;
+        self.failed = false;
         self.still = None;
         self.target = target;
         self.session.command(request)
@@ -184,9 +193,16 @@ impl ViscaHead {
         [self.model().pan.max_speed_code(), self.model().tilt.max_speed_code()]
     }
 
+    fn misses(&self, at: [i32; 2]) -> bool {
+        let model = self.model();
+        let Some(target) = self.target else { return false };
+        let far =
+            |axis: &Scale, k: usize| f64::from(target[k].abs_diff(at[k])) > (MISS * axis.units_per_degree).max(1.0);
+        far(&model.pan, 0) || far(&model.tilt, 1)
+    }
+
     /// Nobody tells how the move ended: does the head stand?
-    fn watch(&mut self) -> Result<Motion> {
-        let [pan, tilt] = self.units()?;
+    fn watch(&mut self, [pan, tilt]: [i32; 2]) -> Result<Motion> {
         let zoom = i32::from(self.register(Register::Zoom)?);
         let (reading, now) = ([pan, tilt, zoom], self.session.now());
         match self.still {
@@ -201,8 +217,10 @@ impl ViscaHead {
             }
         }
         self.session.set_done();
-        let missed = self.target.is_some_and(|target| target.iter().zip([pan, tilt]).any(|(t, at)| (t - at).abs() > 1));
-        Ok(if missed { Motion::Failed } else { Motion::Idle })
+        let failed = self.misses([pan, tilt]);
+        self.target = None;
+        self.failed = failed;
+        Ok(if failed { Motion::Failed } else { Motion::Idle })
     }
 
     fn preset(&mut self, action: PresetAction, preset: u32) -> Result<()> {
@@ -318,7 +336,7 @@ impl PanTiltZoom for ViscaHead {
     fn motion(&mut self) -> Result<Motion> {
         self.ready()?;
         let progress = [Axis::Head, Axis::Zoom].map(|axis| self.session.progress(axis));
-        if progress.contains(&Progress::Failed) {
+        if self.failed || progress.contains(&Progress::Failed) {
             return Ok(Motion::Failed);
         }
         let state = self.mode()?.map(ModeWord::state);
@@ -327,9 +345,20 @@ impl PanTiltZoom for ViscaHead {
             return Ok(Motion::Moving);
         }
         if progress != [Progress::Done; 2] {
-            return self.watch();
+            let at = self.units()?;
+            return self.watch(at);
         }
-        Ok(if state == Some(DriveState::Failed) { Motion::Failed } else { Motion::Idle })
+        if state == Some(DriveState::Failed) {
+            return Ok(Motion::Failed);
+        }
+        if self.target.is_some() {
+            let at = self.units()?;
+            if self.misses(at) {
+                return self.watch(at);
+            }
+            self.target = None;
+        }
+        Ok(Motion::Idle)
     }
 
     fn stop(&mut self) -> Result<()> {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::bus::{Bus, Incoming, Transport, Turn};
 use super::codec::ip::Control;
-use super::codec::{Answer, DriveState, Fault, Inquiry, PresetAction, Register, Reply, Request, Version};
+use super::codec::{Answer, DriveState, Fault, Inquiry, Packet, PresetAction, Register, Reply, Request, Version};
 use super::models::Model;
 use crate::control::{Clock, Log, LogLevel};
 use crate::error::{Error, Result};
@@ -31,6 +31,9 @@ pub const LONGEST_CALL: f64 = 10.0;
 const MAX_REPLIES: usize = 100;
 /// Meaningless bytes that point to a wrong baud rate.
 const GARBAGE: u64 = 4;
+
+/// A camera that was set up anew answers within this, seconds.
+const RECOVERY: f64 = 2.0;
 
 /// What a command moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,6 +86,8 @@ pub struct Session {
     latest: [u64; 2],
     /// Answers of another form than the model's, during this call.
     unclear: u32,
+    /// Kinds of requests that the camera has understood so far: the beginnings of their bytes.
+    understood: Vec<[u8; 3]>,
 }
 
 impl Session {
@@ -105,6 +110,7 @@ impl Session {
             last_id: 0,
             latest: [0; 2],
             unclear: 0,
+            understood: Vec::new(),
         })
     }
 
@@ -182,10 +188,14 @@ impl Session {
         let start = clock.now();
         let garbage = turn.garbage();
         self.unclear = 0;
-        let (mut silent, mut busy, mut refused, mut recovered) = (0, 0, 0, false);
+        let (mut silent, mut busy, mut refused, mut misread, mut recovered) = (0, 0, 0, 0, false);
+        let kind = kind_of(&request.encode(self.model, self.address));
         self.catch_up(&mut turn)?;
         loop {
             let outcome = self.attempt(&mut turn, request)?;
+            if matches!(outcome, Outcome::Answered(_) | Outcome::Accepted) && !self.understood.contains(&kind) {
+                self.understood.push(kind);
+            }
             if moves(request) && bus.outlet().stops(self.address) != self.stops {
                 // The order of the two on the line is unknown: the stop wins.
                 bus.outlet().stop(self.model, self.address)?;
@@ -210,8 +220,13 @@ impl Session {
                     }
                     self.halt(&mut turn)?;
                 }
-                // Never sent again: it would be no better understood.
-                Outcome::Refused(fault) => return Err(refusal(syntax(fault))),
+                // Never sent again: it would be no better understood, unless the line has damaged it.
+                Outcome::Refused(fault) => {
+                    misread += 1;
+                    if misread >= TRIES || !is_repeatable(request) || !self.understood.contains(&kind) {
+                        return Err(refusal(syntax(fault)));
+                    }
+                }
                 Outcome::Silent => {
                     silent += 1;
                     self.log.write(LogLevel::Debug, || {
@@ -419,9 +434,10 @@ impl Session {
         if self.bus.transport() != Transport::Serial {
             self.attempt(turn, &Request::Clear)?;
         }
-        for _ in 0..2 {
+        let end = self.clock.now() + RECOVERY;
+        while self.clock.now() < end {
             match self.attempt(turn, &Request::Inquire(Inquiry::Version))? {
-                Outcome::Silent => (),
+                Outcome::Silent => self.absorb(turn, self.clock.now() + HUSH)?,
                 // Whatever it says, it is there.
                 _ => return Ok(()),
             }
@@ -469,6 +485,11 @@ fn axis_of(request: &Request) -> Option<Axis> {
         Request::Set(Register::Zoom, _) => Some(Axis::Zoom),
         _ => None,
     }
+}
+
+/// The beginning of a request's body, which says what is asked.
+fn kind_of(packet: &Packet) -> [u8; 3] {
+    std::array::from_fn(|i| packet.body().get(i).copied().unwrap_or_default())
 }
 
 /// Does it set something in motion?

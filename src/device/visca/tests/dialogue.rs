@@ -35,6 +35,20 @@ fn a_syntax_error_is_never_tried_again() {
 }
 
 #[test]
+fn what_was_understood_before_was_damaged_on_its_way() {
+    let camera = serial(&Model::EVI_D100);
+    let mut head = camera.head();
+    head.position().unwrap();
+    camera.instead(is_position, Instead::Fault(Fault::Syntax)).instead(is_position, Instead::Fault(Fault::Length));
+    head.position().unwrap();
+    for _ in 0..3 {
+        camera.instead(is_position, Instead::Fault(Fault::Syntax));
+    }
+    assert!(matches!(head.position(), Err(Error::DeviceRefused { .. })));
+    assert_eq!(camera.count(is_position), 7);
+}
+
+#[test]
 fn a_busy_camera_is_tried_three_times() {
     let camera = serial(&Model::EVI_D100);
     let mut head = camera.head();
@@ -197,9 +211,12 @@ fn completions_come_in_any_order_and_belong_to_their_sockets() {
 fn a_completion_without_acknowledgement_is_both() {
     let camera = serial(&Model::EVI_D100);
     let mut head = camera.head();
-    camera.instead(is_move, Instead::Bytes(0.1, hex("90 51 FF")));
+    camera.instead(is_move, Instead::Before(hex("90 51 FF")));
     head.move_absolute(0.1, 0.0).unwrap();
     assert_eq!(camera.count(is_move), 1);
+    // It says that it is there, and is not: the head is still looked at.
+    assert_eq!(head.motion().unwrap(), Motion::Moving);
+    camera.pass(2.0 * MOVE);
     assert_eq!(head.motion().unwrap(), Motion::Idle);
 }
 

@@ -168,7 +168,6 @@ fn addresses_open_heads_on_real_lines() {
     let folder = tempfile::tempdir().unwrap();
     let link = folder.path().join("by-id");
     std::os::unix::fs::symlink(&path, &link).unwrap();
-    drop(near);
     let server = serve(far, &[0x040d, 0x040d]);
     let surroundings = Surroundings::default();
     let open = |text: &str| open_ptz(&Address::parse(text).unwrap(), &surroundings);
@@ -183,6 +182,8 @@ fn addresses_open_heads_on_real_lines() {
     drop((one, two));
     // All heads gone, the line is free.
     crate::device::serial::open(&path, 9600).unwrap();
+    // The last to hang up.
+    drop(near);
     server.join().unwrap();
 }
 
