@@ -8,7 +8,12 @@ mod address;
 mod io;
 mod link;
 mod open;
+pub mod poll;
 pub mod recording;
+pub mod serial;
+pub mod tcp;
+pub mod udp;
+pub mod visca;
 
 use std::sync::Arc;
 

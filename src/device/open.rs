@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Address, Credentials, FrameSource, Laser, PanTiltZoom};
+use super::{Address, Credentials, FrameSource, Laser, PanTiltZoom, visca};
 use crate::control::{Clock, Log, SystemClock};
 use crate::error::{Error, Result};
 
@@ -26,7 +26,10 @@ impl Default for Surroundings {
 /// # Errors
 /// `InvalidAddress`; `Unsupported` for a kind of device that has no head or that this build does not
 /// know; the device's own.
-pub fn open_ptz(address: &Address, _surroundings: &Surroundings) -> Result<Box<dyn PanTiltZoom>> {
+pub fn open_ptz(address: &Address, surroundings: &Surroundings) -> Result<Box<dyn PanTiltZoom>> {
+    if visca::is_visca(address) {
+        return Ok(Box::new(visca::open(address, surroundings)?));
+    }
     Err(unknown(address, "a head"))
 }
 

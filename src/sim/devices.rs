@@ -27,7 +27,8 @@ pub struct SimFrames {
     pub(super) next: i64,
 }
 
-/// Virtual time: it passes when something waits, and as fast as the work is done.
+/// Virtual time: it passes when something waits, and as fast as the work is done. With the option
+/// `real_time` it is the system's, times that factor.
 pub struct SimClock(pub(super) Arc<Shared>);
 
 fn radians(range: [f64; 2]) -> [f64; 2] {
@@ -49,8 +50,7 @@ impl PanTiltZoom for SimPtz {
     }
 
     fn move_absolute(&mut self, pan: f64, tilt: f64) -> Result<()> {
-        let mut world = self.0.world();
-        world.call_ptz()?;
+        let mut world = self.0.call_ptz()?;
         for (name, angle, degrees) in [("pan", pan, PAN_RANGE), ("tilt", tilt, TILT_RANGE)] {
             let [low, high] = radians(degrees);
             if !angle.is_finite() {
@@ -61,27 +61,25 @@ impl PanTiltZoom for SimPtz {
                 return Err(Error::Unreachable { reason });
             }
         }
-        world.move_head([pan, tilt]);
+        let (now, speed) = (world.now, world.options.speed);
+        world.move_head(now, [pan, tilt], [speed; 2]);
         Ok(())
     }
 
     fn position(&mut self) -> Result<PtzPosition> {
-        let mut world = self.0.world();
-        world.call_ptz()?;
+        let world = self.0.call_ptz()?;
         let [pan, tilt] = world.motion.reading(world.now);
         Ok(PtzPosition { pan, tilt, zoom: 0.0 })
     }
 
     fn motion(&mut self) -> Result<Motion> {
-        let mut world = self.0.world();
-        world.call_ptz()?;
+        let world = self.0.call_ptz()?;
         let moving = world.motion.moving(world.now) && !world.faults.ptz_lies;
         Ok(if moving { Motion::Moving } else { Motion::Idle })
     }
 
     fn stop(&mut self) -> Result<()> {
-        let mut world = self.0.world();
-        world.call_ptz()?;
+        let mut world = self.0.call_ptz()?;
         let now = world.now;
         world.motion.stop(now);
         Ok(())
@@ -90,14 +88,14 @@ impl PanTiltZoom for SimPtz {
 
 impl Laser for SimLaser {
     fn set(&mut self, on: bool) -> Result<()> {
-        self.0.world().set_laser(on)
+        self.0.set_laser(on)
     }
 }
 
 impl Drop for SimLaser {
     fn drop(&mut self) {
         // Switching off never fails.
-        let _ = self.0.world().set_laser(false);
+        let _ = self.0.set_laser(false);
     }
 }
 
@@ -105,8 +103,11 @@ impl FrameSource for SimFrames {
     fn next_frame(&mut self, not_before: f64, timeout: f64, frame: &mut Frame) -> Result<()> {
         // Only the snapshot is taken under the world's lock: cameras render at the same time.
         let (number, begin, exposure) = {
-            let mut world = self.shared.world();
-            let (number, begin) = world.wait_for_frame(self.camera, self.next, not_before, timeout)?;
+            let world = self.shared.world();
+            let wait = world.find_frame(self.camera, self.next, not_before, timeout)?;
+            let mut world = self.shared.pass(world, wait.until);
+            let (number, begin) = wait.frame?;
+            world.forget();
             (number, begin, world.exposure(self.camera, number, begin))
         };
         self.next = number + 1;
@@ -130,7 +131,9 @@ impl Clock for SimClock {
 
     fn sleep(&self, seconds: f64) {
         if seconds > 0.0 && seconds.is_finite() {
-            self.0.world().now += seconds;
+            let world = self.0.world();
+            let until = world.now + seconds;
+            drop(self.0.pass(world, until));
         }
     }
 }
