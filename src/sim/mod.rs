@@ -49,9 +49,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::control::Clock;
+use crate::control::{Clock, Log};
+use crate::device::PanTiltZoom;
 use crate::error::{Error, Result};
 use crate::geometry::{Camera, RigModel, Rigid};
+use visca_device::{EmulatorOptions, ViscaDevice};
 use sensor::{NoiseTable, Sensor};
 use world::{CameraId, World};
 
@@ -93,8 +95,11 @@ pub struct SpotTruth {
 impl Simulator {
     /// # Errors
     /// `InvalidArgument` for options out of range.
-    pub fn new(options: SimOptions) -> Result<Self> {
+    pub fn new(mut options: SimOptions) -> Result<Self> {
         options.validate()?;
+        if options.visca.is_some() {
+            options.step = 0.0;
+        }
         let world = World::new(&options);
         let head_camera = world.head_camera([0.0; 2]);
         let widest = world.fixed.iter().map(|c| c.width).fold(head_camera.width, u32::max);
@@ -108,6 +113,19 @@ impl Simulator {
 
     pub fn ptz(&self) -> SimPtz {
         SimPtz(self.0.clone())
+    }
+
+    /// The head as the options have it: with `visca` an emulated camera and the library's driver, which
+    /// talk to each other in bytes over a serial line in memory; else the same as [`ptz`](Self::ptz).
+    ///
+    /// # Errors
+    /// The driver's.
+    pub fn open_ptz(&self, log: Log) -> Result<Box<dyn PanTiltZoom>> {
+        let model = self.0.world().options.visca;
+        let Some(model) = model else { return Ok(Box::new(self.ptz())) };
+        let seed = self.0.world().options.seed;
+        let options = EmulatorOptions { models: vec![model], seed, ..EmulatorOptions::default() };
+        Ok(Box::new(ViscaDevice::with_simulator(&options, self)?.head(1, Some(model), log)?))
     }
 
     pub fn laser(&self) -> SimLaser {

@@ -1,5 +1,6 @@
 //! What a simulated rig is like, and its address `sim:room?key=value&...`.
 
+use crate::device::visca::models::Model;
 use crate::error::{Error, Result};
 use crate::image::PixelFormat;
 
@@ -48,6 +49,10 @@ pub struct SimOptions {
     pub repeatability: f64,
     /// Factor on the difference between the true and the nominal rig model; 0 makes them equal.
     pub misalignment: f64,
+
+    /// The head is a VISCA camera of this model and reached through its bytes
+    /// ([`super::Simulator::open_ptz`]). Its units are the encoder's steps then, whatever `step` says.
+    pub visca: Option<&'static Model>,
 
     /// 0: virtual time, which passes as fast as the work is done. Else the simulator waits for the
     /// system's clock, and its time runs this many times as fast.
@@ -111,6 +116,7 @@ impl Default for SimOptions {
             overshoot: 0.1f64.to_radians(),
             repeatability: 0.005f64.to_radians(),
             misalignment: 1.0,
+            visca: None,
             real_time: 0.0,
             faults: Faults::default(),
         }
@@ -175,7 +181,7 @@ const FORMATS: [(&str, PixelFormat); 8] = [
 ];
 
 /// Keys that are neither numbers nor switches.
-const OTHER_KEYS: [&str; 5] = ["seed", "station", "cameras", "format", "unplug_after"];
+const OTHER_KEYS: [&str; 6] = ["seed", "station", "cameras", "format", "unplug_after", "visca"];
 
 impl SimOptions {
     /// Reads `sim:room` or `sim:room?key=value&...`. Keys not given keep their default; angles are
@@ -232,6 +238,10 @@ impl SimOptions {
                 let names = || FORMATS.map(|(name, _)| name).join(", ");
                 let known = FORMATS.iter().find(|(name, _)| *name == value);
                 self.format = known.ok_or_else(|| wants(&format!("one of {}", names())))?.1;
+            }
+            "visca" => {
+                let names = || Model::ALL.map(|model| model.name).join(", ");
+                self.visca = Some(Model::named(value).ok_or_else(|| wants(&format!("one of {}", names())))?);
             }
             "unplug_after" => {
                 let calls = value.parse().map_err(|_| wants("a whole number of calls"))?;
@@ -320,6 +330,7 @@ mod tests {
         assert!(reason("sim:room?cameras=3").contains("0, 1 or 2"));
         assert!(reason("sim:room?person=yes").contains("0 or 1"));
         assert!(reason("sim:room?format=jpeg").contains("bgr24"));
+        assert!(reason("sim:room?visca=vcr").contains("evi-d100"));
         assert!(reason("sim:room?seed").contains("`seed`"));
         assert!(reason("sim:room?seed=1&seed=2").contains("twice"));
         assert!(reason("sim:room?seed=-1").contains("whole number"));
@@ -329,7 +340,14 @@ mod tests {
     fn every_known_key_is_accepted() {
         for key in SimOptions::known_keys() {
             let least = NUMBERS.iter().find(|n| n.key == key).map(|n| n.range[0].to_string());
-            let value = least.unwrap_or_else(|| if key == "format" { "rgb24".into() } else { "1".into() });
+            let value = least.unwrap_or_else(|| {
+                let word = match key {
+                    "format" => "rgb24",
+                    "visca" => "evi-d100",
+                    _ => "1",
+                };
+                word.into()
+            });
             SimOptions::parse(&format!("sim:room?{key}={value}")).unwrap();
         }
     }

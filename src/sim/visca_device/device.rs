@@ -6,8 +6,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use super::emulator::{Emulator, EmulatorOptions};
 use super::ip::IpSession;
 use super::wire::Origin;
-use crate::control::Clock;
-use crate::device::{Link, Sender};
+use crate::control::{Clock, Log};
+use crate::device::visca::ViscaHead;
+use crate::device::visca::bus::{Bus, Transport};
+use crate::device::visca::models::Model;
+use crate::device::{Link, Sender, Surroundings};
 use crate::error::{Error, Result};
 use crate::sim::Simulator;
 
@@ -65,6 +68,16 @@ impl ViscaDevice {
     /// As [`link`](Self::link).
     pub fn ip_link(&self) -> Result<Box<dyn Link>> {
         self.open(Some(IpSession::default()))
+    }
+
+    /// The library's own driver of the camera with this address, on a line in memory.
+    ///
+    /// # Errors
+    /// As [`ViscaHead::open`].
+    pub fn head(&self, address: u8, model: Option<&'static Model>, log: Log) -> Result<ViscaHead> {
+        let device = self.clone();
+        let bus = Bus::new(NAME, Transport::Serial, Box::new(move || device.link()));
+        ViscaHead::open(bus, address, model, &Surroundings { clock: self.clock(), log, credentials: None })
     }
 
     fn open(&self, ip: Option<IpSession>) -> Result<Box<dyn Link>> {

@@ -93,7 +93,7 @@ impl Emulator {
     }
 
     /// The first camera moves the simulator's head, and its clock is the one that counts. The
-    /// simulator's encoder step should be the model's ([`Axis::step`](crate::device::visca::models::Axis::step)).
+    /// simulator's own encoder step should be 0: the camera's units are the steps.
     ///
     /// # Errors
     /// As [`new`](Self::new).

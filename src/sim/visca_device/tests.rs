@@ -477,3 +477,35 @@ fn fuzz_bytes_and_datagrams() {
     // Half of the addresses are nobody's, and much is lost.
     assert!(said > inputs / 10, "{said} of {inputs}");
 }
+
+/// The library's own driver on the line in memory.
+#[test]
+fn the_driver_moves_the_simulators_head() {
+    use crate::control::Log;
+    use crate::device::Motion;
+    use crate::sim::{SimOptions, Simulator};
+    for model in Model::ALL {
+        let address = format!("sim:room?visca={}&backlash_deg=0&repeatability_deg=0", model.name);
+        let simulator = Simulator::new(SimOptions::parse(&address).unwrap()).unwrap();
+        let mut head = simulator.open_ptz(Log::silent()).unwrap();
+        let (start, clock) = (std::time::Instant::now(), simulator.clock());
+        for [pan, tilt] in [[0.3, -0.2], [-0.5, 0.3], [0.0, 0.0]] {
+            head.move_absolute(pan, tilt).unwrap();
+            let begin = clock.now();
+            while head.motion().unwrap() != Motion::Idle {
+                assert!(clock.now() - begin < 30.0, "{}", model.name);
+                clock.sleep(0.05);
+            }
+            let at = head.position().unwrap();
+            assert!((at.pan - pan).abs() <= 0.51 * model.pan.step(), "{} {at:?}", model.name);
+            assert!((at.tilt - tilt).abs() <= 0.51 * model.tilt.step(), "{} {at:?}", model.name);
+            // The picture shows it there.
+            clock.sleep(1.0);
+            let truth = simulator.spot_truth().point;
+            let (origin, direction) = simulator.truth().rig.laser_in_world(at.pan, at.tilt);
+            let off = (truth - origin).cross(&direction.normalize()).norm();
+            assert!(off < 1e-6, "{}: {off}", model.name);
+        }
+        println!("{}: {:.1} s of virtual time in {:?}", model.name, clock.now(), start.elapsed());
+    }
+}
