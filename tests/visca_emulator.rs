@@ -108,7 +108,8 @@ fn a_scan_survives_a_bad_line_and_a_pulled_plug() {
     let region = region(8, 6);
     let (one, other) = (direct(1, &region), direct(2, &region));
     let simulator = simulator("sim:room?cameras=0&seed=3&step_deg=0");
-    let faults = ["lose=0.002", "wrong-address=0.002", "delay=0.01:0.3", "duplicate=0.01", "split=0.02:0.05", "unplug@20:4"];
+    let faults =
+        ["lose=0.002", "wrong-address=0.002", "delay=0.01:0.3", "duplicate=0.01", "split=0.02:0.05", "unplug@20:4"];
     let options =
         EmulatorOptions { faults: faults.iter().map(|f| f.parse().unwrap()).collect(), ..EmulatorOptions::default() };
     let device = ViscaDevice::with_simulator(&options, &simulator).unwrap();
@@ -137,7 +138,12 @@ fn a_scan_through_a_pseudo_terminal_in_real_time() {
     let scan = scan(&simulator, head, &region);
     assert!(scan.is_complete(), "{:?}", scan.end);
     let (noise, off) = (median([distances(&one, &other)]), distances(&one, &scan));
-    println!("median distance of {} points: {:.2} mm direct, {:.2} mm by bytes", off.len(), noise * 1e3, median([off.clone()]) * 1e3);
+    println!(
+        "median distance of {} points: {:.2} mm direct, {:.2} mm by bytes",
+        off.len(),
+        noise * 1e3,
+        median([off.clone()]) * 1e3
+    );
     // A dozen points tell the noise within a half.
     assert!(off.len() >= 10 && median([off.clone()]) < 2.5 * noise, "{off:?} against {noise}");
 }
@@ -145,7 +151,8 @@ fn a_scan_through_a_pseudo_terminal_in_real_time() {
 /// The driver's head goes where it is told, ten thousand times, on a line that loses, delays and repeats replies.
 #[test]
 fn ten_thousand_moves_of_the_driver() {
-    let faults = ["lose=0.001", "wrong-address=0.001", "delay=0.001:0.5", "duplicate=0.001", "split=0.001", "silence=0.0001:1"];
+    let faults =
+        ["lose=0.001", "wrong-address=0.001", "delay=0.001:0.5", "duplicate=0.001", "split=0.001", "silence=0.0001:1"];
     let options =
         EmulatorOptions { faults: faults.iter().map(|f| f.parse().unwrap()).collect(), ..EmulatorOptions::default() };
     let clock = std::sync::Arc::new(VirtualClock::default());
@@ -187,7 +194,8 @@ mod example;
 #[test]
 fn the_example_reads_its_arguments() {
     let parse = |text: &str| example::Arguments::parse(text.split_whitespace().map(str::to_owned));
-    let read = parse("--tcp 127.0.0.1:5678 --model evi-d30,brc-300 --fault unplug@3:1 --speed 20 --baud 38400").unwrap();
+    let read =
+        parse("--tcp 127.0.0.1:5678 --model evi-d30,brc-300 --fault unplug@3:1 --speed 20 --baud 38400").unwrap();
     let read = read.unwrap();
     assert_eq!(read.options.models, [&Model::EVI_D30, &Model::BRC_300]);
     assert!(read.pty.is_none() && read.tcp.len() == 1 && read.options.faults.len() == 1 && read.speed == 20.0);
