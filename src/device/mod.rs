@@ -8,7 +8,7 @@ mod address;
 mod io;
 mod link;
 mod open;
-pub mod poll;
+mod poll;
 pub mod recording;
 pub mod serial;
 pub mod tcp;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::Shared;
 use super::world::CameraId;
 use crate::control::Clock;
-use crate::device::{Frame, FrameSource, Laser, Motion, PanTiltZoom, PtzCapabilities, PtzPosition};
+use crate::device::{Brake, Frame, FrameSource, Laser, Motion, PanTiltZoom, PtzCapabilities, PtzPosition, PtzVelocity};
 use crate::error::{Error, Result};
 
 const PAN_RANGE: [f64; 2] = [-100.0, 100.0];
@@ -43,8 +43,10 @@ impl PanTiltZoom for SimPtz {
             tilt_range: radians(TILT_RANGE),
             pan_step: step,
             tilt_step: step,
+            max_speed: [self.0.world().options.speed; 2],
             reports_motion: true,
             reports_position: true,
+            has_drive: true,
             ..PtzCapabilities::default()
         }
     }
@@ -78,11 +80,39 @@ impl PanTiltZoom for SimPtz {
         Ok(if moving { Motion::Moving } else { Motion::Idle })
     }
 
+    /// As a move to the limits.
+    fn drive(&mut self, velocity: PtzVelocity, _timeout: f64) -> Result<()> {
+        let mut world = self.0.call_ptz()?;
+        let (now, most) = (world.now, world.options.speed);
+        let at = world.motion.reading(now);
+        let way = |speed: f64, at: f64, range: [f64; 2]| match speed {
+            s if s > 0.0 => (radians(range)[1], s.min(most)),
+            s if s < 0.0 => (radians(range)[0], (-s).min(most)),
+            _ => (at, most),
+        };
+        let (pan, pan_speed) = way(velocity.pan, at[0], PAN_RANGE);
+        let (tilt, tilt_speed) = way(velocity.tilt, at[1], TILT_RANGE);
+        world.move_head(now, [pan, tilt], [pan_speed, tilt_speed]);
+        Ok(())
+    }
+
+    fn brake(&self) -> Option<Arc<dyn Brake>> {
+        Some(Arc::new(SimBrake(self.0.clone())))
+    }
+
     fn stop(&mut self) -> Result<()> {
         let mut world = self.0.call_ptz()?;
         let now = world.now;
         world.motion.stop(now);
         Ok(())
+    }
+}
+
+struct SimBrake(Arc<Shared>);
+
+impl Brake for SimBrake {
+    fn stop(&self) -> Result<()> {
+        SimPtz(self.0.clone()).stop()
     }
 }
 
