@@ -53,8 +53,8 @@ use crate::control::{Clock, Log};
 use crate::device::PanTiltZoom;
 use crate::error::{Error, Result};
 use crate::geometry::{Camera, RigModel, Rigid};
-use visca_device::{EmulatorOptions, ViscaDevice};
 use sensor::{NoiseTable, Sensor};
+use visca_device::{EmulatorOptions, ViscaDevice};
 use world::{CameraId, World};
 
 /// A simulated rig. Clones share the same rig.
