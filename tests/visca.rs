@@ -301,3 +301,32 @@ fn an_unplugged_camera_comes_back_under_its_name() {
     assert_eq!(wait(&mut *head), Motion::Idle);
     drop(server);
 }
+
+#[test]
+fn a_brake_stops_a_move_from_another_thread() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("camera");
+    let options = EmulatorOptions { models: vec![&Model::EVI_D30], ..EmulatorOptions::default() };
+    let device = ViscaDevice::new(&options, Arc::new(ScaledClock::new(1.0))).unwrap();
+    let mut server = ServerBuilder::new(&device);
+    server.pty(&path).unwrap();
+    let server = server.start().unwrap();
+    let address = Address::parse(&format!("visca://{}", path.display())).unwrap();
+    let mut head = open_ptz(&address, &Surroundings::default()).unwrap();
+    let brake = head.brake().unwrap();
+    // Two seconds and more at 80 degrees per second.
+    let target = head.capabilities().pan_range[1];
+    let driver = std::thread::spawn(move || {
+        head.move_absolute(target, 0.0).unwrap();
+        let end = wait(&mut *head);
+        (end, head.position().unwrap().pan, head)
+    });
+    std::thread::sleep(Duration::from_millis(400));
+    brake.stop().unwrap();
+    let (end, pan, mut head) = driver.join().unwrap();
+    assert_eq!(end, Motion::Idle, "stopped, not failed");
+    assert!(pan < target - 0.3, "{pan}");
+    head.move_absolute(pan - 0.1, 0.0).unwrap();
+    assert_eq!(wait(&mut *head), Motion::Idle);
+    drop(server);
+}

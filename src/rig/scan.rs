@@ -18,7 +18,9 @@ use crate::calibrate::{CalibrationOptions, calibrate_camera};
 use crate::control::{Cancel, LogLevel};
 use crate::detect::spot::{Band, SpotOptions, detect_spot};
 use crate::device::PtzCapabilities;
+use crate::device::recording::Recorder;
 use crate::error::{Error, Result};
+use crate::format::recording_json::{RecordedRegion, RecordingInfo};
 
 /// How a region is scanned.
 #[derive(Debug, Clone)]
@@ -40,6 +42,9 @@ pub struct ScanOptions {
     pub journal: Option<PathBuf>,
     /// Wait for the disk at each shot, so that a power cut loses none either.
     pub journal_sync: bool,
+    /// A folder where all frames are written, to be scanned again without the rig
+    /// ([`crate::device::recording`]); what a scan of the same region has recorded there is kept.
+    pub record: Option<PathBuf>,
     pub cancel: Cancel,
 }
 
@@ -54,6 +59,7 @@ impl Default for ScanOptions {
             gate: GateOptions::default(),
             journal: None,
             journal_sync: true,
+            record: None,
             cancel: Cancel::new(),
         }
     }
@@ -114,8 +120,8 @@ pub struct Progress<'a> {
 ///
 /// # Errors
 /// Only before anything moves: arguments that make no sense, a region out of the head's reach
-/// (`Unreachable`), and a journal that cannot be opened or belongs to something else (`FileIo`,
-/// `FileFormat`, `FileVersion`, `FileMismatch`).
+/// (`Unreachable`), and a journal or recording that cannot be opened or belongs to something else
+/// (`FileIo`, `FileFormat`, `FileVersion`, `FileMismatch`, `DiskFull`).
 pub fn scan_region(
     rig: &mut Rig,
     region: &ScanRegion,
@@ -143,6 +149,8 @@ pub fn scan_region(
         rig.log.write(LogLevel::Warning, || format!("the journal was damaged and has been mended: {repair:?}"));
     }
     shots.iter_mut().for_each(|shot| shot.locate(&rig.model));
+    let recorder = options.record.as_ref().map(|folder| Recorder::open(folder, &recording_info(region, rig, fixed)));
+    let recorder = recorder.transpose()?;
 
     let scan = Scan {
         region: *region,
@@ -159,8 +167,19 @@ pub fn scan_region(
     let start = rig.clock.now();
     let halt = Halt(rig);
     let tried_with = vec![0; fixed.len()];
-    let mut scanner =
-        Scanner { rig: &mut *halt.0, fixed, options, head_band, gates, exposures, journal, scan, tried_with, start };
+    let mut scanner = Scanner {
+        rig: &mut *halt.0,
+        fixed,
+        options,
+        head_band,
+        gates,
+        exposures,
+        journal,
+        recorder,
+        scan,
+        tried_with,
+        start,
+    };
     let end = match scanner.run(&order, coarse, progress) {
         Ok(ControlFlow::Continue(())) => ScanEnd::Complete,
         Ok(ControlFlow::Break(())) => ScanEnd::Stopped,
@@ -194,6 +213,7 @@ struct Scanner<'a> {
     gates: Vec<Gate>,
     exposures: Exposures,
     journal: Option<Journal>,
+    recorder: Option<Recorder>,
     scan: Scan,
     /// Shots with which each fixed camera could not be calibrated.
     tried_with: Vec<usize>,
@@ -293,6 +313,11 @@ impl Scanner<'_> {
         let [pan_tolerance, tilt_tolerance] = self.rig.tolerances();
         if (after.pan - position.pan).abs() > pan_tolerance || (after.tilt - position.tilt).abs() > tilt_tolerance {
             return Err(Error::Device { reason: "the head was moved during a shot".into() });
+        }
+        if let Some(recorder) = &mut self.recorder {
+            let views = |camera| self.exposures.views(camera).map(|(on, off)| (off, on));
+            let frames = (0..=self.fixed.len()).map(views).collect::<Result<Vec<_>>>()?;
+            recorder.add(position, &frames)?;
         }
         let mut shot = Shot {
             index,
@@ -456,6 +481,21 @@ fn identity(region: &ScanRegion, model: &RigModel, options: &ScanOptions, fixed:
             .numbers(&[e.pan_zero, e.pan_scale, e.tilt_zero, e.tilt_scale])
             .finish(),
         options: settings.finish(),
+    }
+}
+
+/// What a recording of the scan holds.
+fn recording_info(region: &ScanRegion, rig: &Rig, fixed: &[FixedCamera]) -> RecordingInfo {
+    let ScanRegion { pan, tilt, pan_steps, tilt_steps } = *region;
+    let head = (rig.model.width, rig.model.height);
+    RecordingInfo {
+        rig: rig.model,
+        pan_range: rig.capabilities.pan_range,
+        tilt_range: rig.capabilities.tilt_range,
+        pan_step: rig.capabilities.pan_step,
+        tilt_step: rig.capabilities.tilt_step,
+        region: RecordedRegion { pan, tilt, pan_steps, tilt_steps },
+        cameras: std::iter::once(head).chain(fixed.iter().map(|c| (c.width, c.height))).collect(),
     }
 }
 

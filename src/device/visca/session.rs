@@ -363,13 +363,13 @@ impl Session {
                 answer.map(Outcome::Answered)
             }
             Reply::Error { socket, fault } => {
-                let about_running = matches!(fault, Fault::Cancelled | Fault::NoSocket) || socket != 0;
-                if let Some(slot) = self.running.get_mut(usize::from(socket)).filter(|_| about_running) {
-                    if let Some(job) = slot.take() {
-                        let stopped = matches!(fault, Fault::Cancelled | Fault::NoSocket);
-                        self.end(job, if stopped { Progress::Done } else { Progress::Failed });
-                        return None;
-                    }
+                let stopped = matches!(fault, Fault::Cancelled | Fault::NoSocket);
+                // Refusals of what is new bear socket 0, or one that is free.
+                if (stopped || socket != 0)
+                    && let Some(job) = self.running.get_mut(usize::from(socket)).and_then(Option::take)
+                {
+                    self.end(job, if stopped { Progress::Done } else { Progress::Failed });
+                    return None;
                 }
                 match fault {
                     Fault::Cancelled | Fault::NoSocket => None,

@@ -253,10 +253,8 @@ fn a_stop_from_elsewhere_wins_over_a_move_that_is_being_sent() {
     camera.instead(is_move, Instead::Nothing);
     let mut once = Some(brake);
     camera.script().on_request = Some(Box::new(move |request| {
-        if is_move(request) {
-            if let Some(brake) = once.take() {
-                brake.stop().unwrap();
-            }
+        if let Some(brake) = once.take_if(|_| is_move(request)) {
+            brake.stop().unwrap();
         }
     }));
     assert_eq!(head.move_absolute(0.5, 0.0), Err(Error::Cancelled));

@@ -23,6 +23,9 @@ const LATENCY: f64 = 0.02;
 /// A move takes so long.
 const MOVE: f64 = 0.5;
 
+type Matching = fn(&Request) -> bool;
+type Hook = Box<dyn FnMut(&Request) + Send>;
+
 /// What the next matching requests get instead of the usual reply.
 #[derive(Clone)]
 enum Instead {
@@ -51,7 +54,7 @@ struct Script {
     tells_completion: bool,
     knows_version: bool,
     sockets: u8,
-    instead: VecDeque<(fn(&Request) -> bool, Instead)>,
+    instead: VecDeque<(Matching, Instead)>,
     /// Moment and bytes of what is on its way to the controller.
     coming: Vec<(f64, Vec<u8>)>,
     framer: Framer,
@@ -62,7 +65,7 @@ struct Script {
     plugged: bool,
     openings: u32,
     /// Called with each request while the controller waits.
-    on_request: Option<Box<dyn FnMut(&Request) + Send>>,
+    on_request: Option<Hook>,
 }
 
 #[derive(Clone)]
@@ -125,7 +128,7 @@ impl Camera {
         head
     }
 
-    fn instead(&self, matching: fn(&Request) -> bool, what: Instead) -> &Self {
+    fn instead(&self, matching: Matching, what: Instead) -> &Self {
         self.script().instead.push_back((matching, what));
         self
     }
@@ -134,7 +137,7 @@ impl Camera {
         self.script().heard.iter().map(|(_, request)| *request).collect()
     }
 
-    fn count(&self, matching: fn(&Request) -> bool) -> usize {
+    fn count(&self, matching: Matching) -> usize {
         self.heard().iter().filter(|request| matching(request)).count()
     }
 
