@@ -32,6 +32,7 @@ pub mod format;
 pub mod geometry;
 pub mod image;
 pub mod pose;
+pub mod probe;
 pub mod rgbd;
 pub mod rig;
 pub mod rig_calibration;

@@ -25,9 +25,11 @@ use crate::geometry::{Camera, Rigid};
 const FREEDOM: f64 = 4.0;
 /// Prior standard deviations of collimation, roll and trunnion, radians: what mechanics gets wrong at most.
 const MOUNTING_PRIOR: [f64; 3] = [0.05, 0.3, 0.01];
-const MAX_ITERATIONS: usize = 100;
-/// A step that lowers the cost (minus twice a log likelihood) by less is far within the standard deviations.
-const CONVERGED: f64 = 1e-4;
+const MAX_ITERATIONS: usize = 60;
+/// A step that lowers the cost (minus twice a log likelihood) by less is far within the standard deviations;
+/// and the most that may be left when the iterations are used up.
+const CONVERGED: f64 = 1e-3;
+const NEARLY: f64 = 0.1;
 /// Times that the noise is estimated anew.
 const ROUNDS: usize = 4;
 /// Parameters that all frames share: mounting, lever arms, mean inverse depth.
@@ -238,7 +240,7 @@ impl Problem<'_> {
         for round in 0..ROUNDS {
             let mut damping = 1e-4;
             let mut cost = self.cost(&state, noise);
-            let mut done = false;
+            let (mut done, mut last) = (false, f64::INFINITY);
             for _ in 0..MAX_ITERATIONS {
                 self.cancel.check()?;
                 let linear = self.linearise(&state, noise);
@@ -247,7 +249,8 @@ impl Problem<'_> {
                     let next = linear.step(damping).map(|(step, points)| state.moved(&step, &points));
                     let value = next.as_ref().map_or(f64::INFINITY, |s| self.cost(s, noise));
                     if let Some(next) = next.filter(|_| value < cost) {
-                        done = cost - value < CONVERGED;
+                        last = cost - value;
+                        done = last < CONVERGED;
                         (state, cost, damping, lowered) = (next, value, damping * 0.1, true);
                         break;
                     }
@@ -258,7 +261,7 @@ impl Problem<'_> {
                     break;
                 }
             }
-            if !done && round + 1 == ROUNDS {
+            if !done && last > NEARLY && round + 1 == ROUNDS {
                 return Err(Error::NoConvergence { iterations: MAX_ITERATIONS, detail: "of the frames' angles".into() });
             }
             noise = self.noise(&state, noise);
@@ -307,7 +310,14 @@ impl Problem<'_> {
     fn linearise(&self, state: &State, noise: f64) -> Linear {
         let n = COMMON + OWN * state.angles.len();
         let poses: Vec<Pose> = (0..state.angles.len()).map(|k| state.pose(self.camera, k)).collect();
-        let mut linear = Linear { hessian: DMatrix::zeros(n, n), gradient: DVector::zeros(n), points: Vec::new() };
+        let size = length(&state.levers);
+        let mut linear = Linear {
+            hessian: DMatrix::zeros(n, n),
+            gradient: DVector::zeros(n),
+            points: Vec::new(),
+            levers: state.levers.map(|l| l / size),
+            reference: COMMON + OWN * self.reference,
+        };
         for (i, value, sigma) in self.priors(state) {
             linear.hessian[(i, i)] += sigma.powi(-2);
             linear.gradient[i] -= value / sigma.powi(2);
@@ -324,13 +334,6 @@ impl Problem<'_> {
         for (p, track) in self.tracks.iter().enumerate() {
             linear.points.push(self.point(state, &poses, p, track, noise, &mut linear.hessian, &mut linear.gradient));
         }
-        // The gauges: the reference's pan and the lever arms' length.
-        let size = length(&state.levers);
-        for (a, b) in (0..4).flat_map(|a| (0..4).map(move |b| (a, b))) {
-            linear.hessian[(3 + a, 3 + b)] += 1e16 * state.levers[a] * state.levers[b] / size.powi(2);
-        }
-        let pan = COMMON + OWN * self.reference;
-        linear.hessian[(pan, pan)] += 1e24;
         linear
     }
 
@@ -478,6 +481,9 @@ struct Linear {
     hessian: DMatrix<f64>,
     gradient: DVector<f64>,
     points: Vec<PointBlock>,
+    /// The gauges: the lever arms' direction, whose length is fixed, and the index of the pan that is.
+    levers: [f64; 4],
+    reference: usize,
 }
 
 impl Linear {
@@ -487,6 +493,11 @@ impl Linear {
         for i in 0..hessian.nrows() {
             hessian[(i, i)] *= 1.0 + damping;
         }
+        // After the damping, which would hold the lever arms' other directions, too.
+        for (a, b) in (0..4).flat_map(|a| (0..4).map(move |b| (a, b))) {
+            hessian[(3 + a, 3 + b)] += 1e14 * self.levers[a] * self.levers[b];
+        }
+        hessian[(self.reference, self.reference)] += 1e20;
         let mut inverses = Vec::with_capacity(self.points.len());
         for p in &self.points {
             let mut own = p.own;

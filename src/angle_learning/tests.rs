@@ -91,7 +91,7 @@ fn errors(learned: &LearnedAngles, random: &mut Random) -> Vec<(f64, f64)> {
 fn sigmas_cover_the_errors() {
     for (near, wrong) in [(30.0, 0.0), (3.0, 0.05)] {
         let (mut square, mut inside, mut count, mut radians) = (0.0, 0, 0, 0.0);
-        let runs = 8;
+        let runs = 6;
         for run in 0..runs {
             let mut random = Random(17 + run);
             // What is not known is drawn from what is said of it.
@@ -125,8 +125,8 @@ fn sigmas_cover_the_errors() {
         let (rms, inside) = ((square / f64::from(count)).sqrt(), f64::from(inside) / f64::from(count));
         let degrees = (radians / f64::from(count)).sqrt().to_degrees();
         println!("scene from {near} m: errors {degrees:.4} deg rms, {rms:.2} sigma, {inside:.3} within 2 sigma");
-        // 8 runs x 2 axes, most of each error one draw of the parallax: 3 sigma of the rms of 16 numbers.
-        assert!((0.45..1.55).contains(&rms) && inside > 0.87, "{rms} {inside}");
+        // 6 runs x 2 axes, most of each error one draw of the parallax.
+        assert!((0.4..1.6).contains(&rms) && inside > 0.87, "{rms} {inside}");
     }
 }
 

@@ -17,7 +17,7 @@ pub mod region;
 pub mod scan;
 pub mod settle;
 pub mod shot;
-mod stillness;
+pub(crate) mod stillness;
 
 use std::sync::Arc;
 
