@@ -7,6 +7,7 @@
 mod address;
 mod io;
 mod link;
+mod mapped;
 mod open;
 mod poll;
 pub mod recording;
@@ -20,6 +21,7 @@ use std::sync::Arc;
 pub use address::{Address, Credentials};
 pub use io::device_error;
 pub use link::{Link, Sender};
+pub use mapped::MappedPtz;
 pub use open::{Surroundings, open_frames, open_laser, open_ptz};
 
 use crate::error::{Error, Result};

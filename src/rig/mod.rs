@@ -12,11 +12,12 @@ pub mod frames;
 pub mod gate;
 pub mod journal;
 pub mod laser;
+mod moves;
 pub mod region;
 pub mod scan;
 pub mod settle;
 pub mod shot;
-mod stillness;
+pub(crate) mod stillness;
 pub mod whole;
 
 use std::sync::Arc;
@@ -138,12 +139,7 @@ impl Rig {
     /// Where the head is, as the device reads it.
     pub fn position(&mut self) -> Result<PtzPosition> {
         self.laser.enforce()?;
-        let position = self.ptz.position()?;
-        let values = [position.pan, position.tilt, position.zoom];
-        if values.iter().any(|v| !v.is_finite()) {
-            return Err(Error::Device { reason: format!("the head reports the position {values:?}") });
-        }
-        Ok(position)
+        settle::read_position(&mut *self.ptz)
     }
 
     /// Stops the head and switches the laser off. Works in every state and waits for nothing.
@@ -248,7 +244,14 @@ pub(crate) fn check_reach(capabilities: &PtzCapabilities, pan: f64, tilt: f64) -
 }
 
 fn check_capabilities(capabilities: &PtzCapabilities) -> Result<()> {
-    let PtzCapabilities { pan_range, tilt_range, pan_step, tilt_step, .. } = *capabilities;
+    let PtzCapabilities { pan_range, tilt_range, pan_step, tilt_step, raw_units, .. } = *capabilities;
+    if raw_units {
+        return Err(Error::Unsupported {
+            what: "a head whose pan and tilt are numbers without known angles: learn its angle map and open the rig \
+                   with a MappedPtz"
+                .into(),
+        });
+    }
     let ordered = |range: [f64; 2]| range.iter().all(|v| v.is_finite()) && range[0] <= range[1];
     let step = |v: f64| (0.0..1.0).contains(&v);
     if ordered(pan_range) && ordered(tilt_range) && step(pan_step) && step(tilt_step) {
