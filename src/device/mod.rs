@@ -8,6 +8,7 @@ mod address;
 mod io;
 mod link;
 mod open;
+pub mod pelco;
 
 use std::sync::Arc;
 
