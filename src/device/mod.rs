@@ -5,14 +5,17 @@
 //! tilt up; drivers translate. Times are seconds of the workflow's clock.
 
 mod address;
+mod angle;
 mod io;
 mod link;
+pub mod onvif;
 mod open;
 pub mod pelco;
 
 use std::sync::Arc;
 
 pub use address::{Address, Credentials};
+pub(crate) use angle::turned_into;
 pub use io::device_error;
 pub use link::{Link, Sender};
 pub use open::{Surroundings, open_frames, open_laser, open_ptz};

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::codec::{Dialect, Drive, FULL_SPEED, Framer, Message, Quantity};
 use crate::control::{Clock, Log, LogLevel};
 use crate::device::{
-    Brake, Focus, Identity, Link, Motion, PanTiltZoom, PtzCapabilities, PtzPosition, PtzVelocity, Sender,
+    Brake, Focus, Identity, Link, Motion, PanTiltZoom, PtzCapabilities, PtzPosition, PtzVelocity, Sender, turned_into,
 };
 use crate::error::{Error, Result};
 
@@ -213,12 +213,6 @@ fn to_word(angle: f64) -> u16 {
 fn to_angle(word: u16) -> f64 {
     let turned = f64::from(word).rem_euclid(TURN);
     (if turned >= TURN / 2.0 { turned - TURN } else { turned }) / TURN * TAU
-}
-
-/// The same direction within a range, where it has it.
-fn turned_into([low, high]: [f64; 2], angle: f64) -> f64 {
-    let within = |a: &f64| (low - 1e-9..=high + 1e-9).contains(a);
-    [angle, angle + TAU, angle - TAU].into_iter().find(within).unwrap_or(angle)
 }
 
 fn check(name: &'static str, value: f64, [low, high]: [f64; 2]) -> Result<()> {
