@@ -11,6 +11,11 @@ mod link;
 pub mod onvif;
 mod open;
 pub mod pelco;
+pub mod poll;
+pub mod serial;
+pub mod tcp;
+pub mod udp;
+pub mod visca;
 
 use std::sync::Arc;
 

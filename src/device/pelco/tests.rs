@@ -354,3 +354,90 @@ fn fuzz_replies() {
     }
     assert!(opened > 0);
 }
+
+fn at(address: &str) -> crate::Result<PelcoHead> {
+    super::open_head(&crate::device::Address::parse(address).unwrap(), &crate::device::Surroundings::default())
+}
+
+#[test]
+fn every_wrong_address_says_what_is_wrong() {
+    let wrong = [
+        ("pelco-d:///dev/x?address=0", "address"),
+        ("pelco-d:///dev/x?address=256", "address"),
+        ("pelco-d:///dev/x?model=y", "model"),
+        ("pelco-d:///dev/x?tilt=left", "tilt"),
+        ("pelco-d:///dev/x?xor=whole", "xor"),
+        ("pelco-p:///dev/x?xor=some", "xor"),
+        ("pelco-d:///dev/x?pan_range=5..-5", "low..high"),
+        ("pelco-d:///dev/x?pan_range=-360..360", "low..high"),
+        ("pelco-d:///dev/x?tilt_range=nan..5", "low..high"),
+        ("pelco-d:///dev/x?baud=9", "baud"),
+        ("pelco-d://host/dev/x", "three slashes"),
+        ("pelco-d+tcp://host/", "port"),
+        ("pelco-d+tcp:///", "host"),
+        ("pelco-d+udp://host:5?baud=9600", "baud"),
+    ];
+    for (address, part) in wrong {
+        let error = at(address).err().unwrap();
+        assert!(error.status() == Status::InvalidAddress && error.to_string().contains(part), "{address}: {error}");
+    }
+    for address in ["pelco-x:///dev/x", "pelco-d+can:///dev/x"] {
+        assert_eq!(at(address).err().unwrap().status(), Status::Unsupported, "{address}");
+    }
+    assert_eq!(at("pelco-d:///dev/serial/by-id/none").err().unwrap().status(), Status::DeviceNotFound);
+}
+
+/// Plays the device on a stream of bytes, in real time, until it ends.
+fn play(mut device: Device, mut stream: impl std::io::Read + std::io::Write) -> Device {
+    let start = std::time::Instant::now();
+    let mut buffer = [0; 64];
+    loop {
+        match stream.read(&mut buffer) {
+            Ok(0) => return device,
+            Ok(count) => {
+                device.pass_to(start.elapsed().as_secs_f64());
+                device.take(&buffer[..count]);
+                let count = device.give(&mut buffer);
+                stream.write_all(&buffer[..count]).unwrap();
+            }
+            Err(e) if e.kind() == std::io::ErrorKind::TimedOut => {}
+            Err(_) => return device,
+        }
+    }
+}
+
+/// Moves there and stops half way back.
+fn there_and_back(address: &str) {
+    let mut head = at(address).unwrap();
+    assert!(head.capabilities().reports_position, "{address}");
+    head.move_absolute(0.2, -0.1).unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    let there = head.position().unwrap();
+    assert!((there.pan - 0.2).abs() < HALF_UNIT && (there.tilt + 0.1).abs() < HALF_UNIT, "{there:?}");
+    head.move_absolute(2.0, 0.0).unwrap();
+    head.brake().unwrap().stop().unwrap();
+    let a = head.position().unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(100));
+    assert_eq!(head.position().unwrap(), a);
+    assert!(a.pan < 1.5);
+}
+
+#[test]
+fn a_device_on_a_pseudo_terminal_and_one_behind_a_device_server() {
+    use serialport::SerialPort;
+    let (mut far, near) = serialport::TTYPort::pair().unwrap();
+    far.set_timeout(std::time::Duration::from_millis(50)).unwrap();
+    let name = near.name().unwrap();
+    drop(near);
+    let device = Device::new(Dialect::D, 3);
+    let playing = std::thread::spawn(move || play(device, far));
+    there_and_back(&format!("pelco-d://{name}?address=3&baud=9600"));
+    drop(playing);
+
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port();
+    let playing = std::thread::spawn(move || play(Device::new(DIALECTS[2], 7), listener.accept().unwrap().0));
+    there_and_back(&format!("pelco-p+tcp://127.0.0.1:{port}?address=7&xor=inner"));
+    let device = playing.join().unwrap();
+    assert!(device.heard.contains(&drive(0, 0, 0, 0)));
+}
