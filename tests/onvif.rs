@@ -465,8 +465,9 @@ fn hostile(play: impl Fn(&mut TcpStream) + Send + Sync + 'static) -> u16 {
         for mut stream in listener.incoming().flatten() {
             let play = play.clone();
             std::thread::spawn(move || {
-                let mut head = [0; 4096];
-                let _ = stream.read(&mut head);
+                // The whole request, or closing would reset the connection.
+                let _ = stream.set_read_timeout(Some(Duration::from_millis(50)));
+                while stream.read(&mut [0; 4096]).is_ok_and(|count| count > 0) {}
                 play(&mut stream);
             });
         }

@@ -349,13 +349,13 @@ impl State {
             let _ = write!(text, "WWW-Authenticate: Basic realm=\"camera, old\"\r\n");
             let _ = write!(
                 text,
-                "WWW-Authenticate: Digest realm=\"cam \\\"1\\\"\", qop=\"auth\", algorithm=SHA-256, \
+                "WWW-Authenticate: Digest realm=\"the cam\", qop=\"auth\", algorithm=SHA-256, \
                  nonce=\"{nonce}\", opaque=\"o\"{stale}\r\n"
             );
         } else {
             let _ = write!(
                 text,
-                "WWW-Authenticate: Digest realm=\"cam \\\"1\\\"\",qop=\"auth\",nonce=\"{nonce}\"{stale}\r\n"
+                "WWW-Authenticate: Digest realm=\"the cam\",qop=\"auth\",nonce=\"{nonce}\"{stale}\r\n"
             );
         }
         text
@@ -373,11 +373,11 @@ impl State {
         let get = |name: &str| fields.get(name).map(String::as_str).ok_or(false);
         let hash = |text: String| if sha256 { hex(&Sha256::digest(text)) } else { hex(&Md5::digest(text)) };
         let (nonce, nc, cnonce, realm) = (get("nonce")?, get("nc")?, get("cnonce")?, get("realm")?);
-        let secret = hash(format!("{USER}:cam \"1\":{PASSWORD}"));
+        let secret = hash(format!("{USER}:the cam:{PASSWORD}"));
         let asked = hash(format!("{}:{}", request.method, request.path));
         let right = hash(format!("{secret}:{nonce}:{nc}:{cnonce}:auth:{asked}"));
         let same =
-            get("uri")? == request.path && get("username")? == USER && get("qop")? == "auth" && realm == "cam \"1\"";
+            get("uri")? == request.path && get("username")? == USER && get("qop")? == "auth" && realm == "the cam";
         if !same || get("response")? != right || cnonce.len() < 8 {
             return Err(false);
         }

@@ -117,8 +117,9 @@ impl Http {
             .proxy(None)
             .user_agent(concat!("ptzcal/", env!("CARGO_PKG_VERSION")))
             .max_response_header_size(MAX_HEADERS)
-            .max_idle_connections(2)
-            .max_idle_age(Duration::from_secs(2))
+            // A connection each: cameras close idle ones unsaid, and a command that is lost with one
+            // must not be guessed to have been carried out or not.
+            .max_idle_connections(0)
             .build();
         let agent = Agent::with_parts(config, DefaultConnector::default(), Known(host.addresses.clone()));
         Self { host, agent, timeout }
