@@ -12,8 +12,7 @@ use std::time::{Duration, Instant};
 
 use ptzcal::control::Log;
 use ptzcal::device::{
-    Address, Credentials, Focus, Frame, Motion, PanTiltZoom, PtzVelocity, Surroundings, open_frames,
-    open_ptz,
+    Address, Credentials, Focus, Frame, Motion, PanTiltZoom, PtzVelocity, Surroundings, open_frames, open_ptz,
 };
 use ptzcal::error::Status;
 use ptzcal::image::PixelFormat;
@@ -549,22 +548,27 @@ fn hostile_servers_end_in_bounded_time_with_an_error() {
             &[Status::Unauthorised, DeviceMismatch],
         ),
     ];
-    for (name, play, allowed) in cases {
-        let port = hostile(play);
-        for frames in [false, true] {
-            let start = Instant::now();
-            let address = Address::parse(&format!("onvif://127.0.0.1:{port}/?timeout=0.6")).unwrap();
-            let error = match frames {
-                false => open_ptz(&address, &surroundings()).err(),
-                true => open_frames(&address, &surroundings()).err(),
-            };
-            let error = error.unwrap_or_else(|| panic!("{name} was accepted"));
-            let took = start.elapsed().as_secs_f64();
-            assert!(allowed.contains(&error.status()), "{name}: {error:?}");
-            assert!(took < 4.0, "{name}: {took} s");
-            assert!(error.to_string().len() < 1000, "{name}: {error}");
+    // At the same time: most of them are waits.
+    std::thread::scope(|scope| {
+        for (name, play, allowed) in cases {
+            let port = hostile(play);
+            for frames in [false, true] {
+                scope.spawn(move || {
+                    let start = Instant::now();
+                    let address = Address::parse(&format!("onvif://127.0.0.1:{port}/?timeout=0.6")).unwrap();
+                    let error = match frames {
+                        false => open_ptz(&address, &surroundings()).err(),
+                        true => open_frames(&address, &surroundings()).err(),
+                    };
+                    let error = error.unwrap_or_else(|| panic!("{name} was accepted"));
+                    let took = start.elapsed().as_secs_f64();
+                    assert!(allowed.contains(&error.status()), "{name}: {error:?}");
+                    assert!(took < 5.0, "{name}: {took} s");
+                    assert!(error.to_string().len() < 1000, "{name}: {error}");
+                });
+            }
         }
-    }
+    });
 }
 
 /// A camera's real answers, through the whole driver.

@@ -353,10 +353,8 @@ impl State {
                  nonce=\"{nonce}\", opaque=\"o\"{stale}\r\n"
             );
         } else {
-            let _ = write!(
-                text,
-                "WWW-Authenticate: Digest realm=\"the cam\",qop=\"auth\",nonce=\"{nonce}\"{stale}\r\n"
-            );
+            let _ =
+                write!(text, "WWW-Authenticate: Digest realm=\"the cam\",qop=\"auth\",nonce=\"{nonce}\"{stale}\r\n");
         }
         text
     }

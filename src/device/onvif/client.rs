@@ -102,16 +102,15 @@ impl Client {
     /// `Unauthorised`; `DeviceRefused` with the text of the camera's fault; `DeviceMismatch` for
     /// anything that is no such response; `DeviceTimeout`, `DeviceLost`, `DeviceNotFound`.
     pub fn call(&self, place: &Place, action: &str, body: &str) -> Result<Element> {
-        let send = |digest: Option<&str>, token: &str| {
-            let envelope = format!(
-                "<?xml version=\"1.0\" encoding=\"utf-8\"?>\
-                 <s:Envelope xmlns:s=\"http://www.w3.org/2003/05/soap-envelope\">\
-                 <s:Header>{token}</s:Header><s:Body>{body}</s:Body></s:Envelope>"
-            );
-            self.http.post(place, &envelope, digest)
-        };
+        let send = |digest: Option<&str>, token: &str| self.http.post(place, &envelope(token, body), digest);
         let reply = self.prove("POST", place, send)?;
         self.response(&reply, action)
+    }
+
+    /// Calls what the standard lets everybody ask, without proof; `None` where the camera wants one.
+    pub fn ask(&self, place: &Place, action: &str, body: &str) -> Result<Option<Element>> {
+        let reply = self.http.post(place, &envelope("", body), None)?;
+        if is_locked(&reply) { Ok(None) } else { self.response(&reply, action).map(Some) }
     }
 
     /// GETs a picture or the like.
@@ -219,6 +218,14 @@ impl Client {
             }
         }
     }
+}
+
+fn envelope(header: &str, body: &str) -> String {
+    format!(
+        "<?xml version=\"1.0\" encoding=\"utf-8\"?>\
+         <s:Envelope xmlns:s=\"http://www.w3.org/2003/05/soap-envelope\">\
+         <s:Header>{header}</s:Header><s:Body>{body}</s:Body></s:Envelope>"
+    )
 }
 
 /// Does the reply ask for (better) proof? Old cameras do so with a fault.

@@ -68,14 +68,14 @@ impl Camera {
         let keys = Arc::new(Keys::new(credentials, clock.clone()));
         let client = Client::new(host, options.timeout, keys);
         let action = "GetSystemDateAndTime";
-        match client.call(&device, action, &request(DEVICE, action, "")) {
-            Ok(response) => {
+        match client.ask(&device, action, &request(DEVICE, action, "")) {
+            Ok(Some(response)) => {
                 if let Some(time) = device_time(&response) {
                     client.keys().set_device_time(time);
                 }
             }
-            // Some keep even this behind their lock: the token then tells the host's time.
-            Err(Error::Unauthorised { .. } | Error::DeviceRefused { .. }) => {}
+            // Some keep even this behind their lock: a token then tells the host's time.
+            Ok(None) | Err(Error::DeviceRefused { .. }) => {}
             Err(error) => return Err(error),
         }
         let services = Services::get(&client, &device)?;
