@@ -312,7 +312,7 @@ fn from_base64(text: &str) -> Vec<u8> {
     let digits = text.bytes().filter(|b| *b != b'=').map(|b| alphabet.iter().position(|a| *a == b).unwrap() as u32);
     let (mut bytes, mut word, mut bits) = (Vec::new(), 0u32, 0);
     for digit in digits {
-        (word, bits) = (word << 6 | digit, bits + 6);
+        (word, bits) = ((word << 6) | digit, bits + 6);
         if bits >= 8 {
             bits -= 8;
             bytes.push((word >> bits) as u8);
@@ -600,7 +600,7 @@ fn now() -> f64 {
 fn calendar(unix: f64) -> ([u64; 3], [u64; 3], String) {
     let seconds = unix as u64;
     let (mut days, rest) = (seconds / 86_400, seconds % 86_400);
-    let leap = |y: u64| y % 4 == 0 && (y % 100 != 0 || y % 400 == 0);
+    let leap = |y: u64| y.is_multiple_of(4) && (!y.is_multiple_of(100) || y.is_multiple_of(400));
     let mut year = 1970;
     while days >= 365 + u64::from(leap(year)) {
         days -= 365 + u64::from(leap(year));

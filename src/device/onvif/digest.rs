@@ -199,7 +199,7 @@ pub fn base64(bytes: &[u8]) -> String {
     const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for chunk in bytes.chunks(3) {
-        let word = chunk.iter().fold(0u32, |word, b| word << 8 | u32::from(*b)) << (8 * (3 - chunk.len()));
+        let word = chunk.iter().fold(0u32, |word, b| (word << 8) | u32::from(*b)) << (8 * (3 - chunk.len()));
         for k in 0..4 {
             let index = (word >> (18 - 6 * k)) as usize & 63;
             text.push(if k <= chunk.len() { char::from(ALPHABET[index]) } else { '=' });
@@ -353,7 +353,7 @@ mod tests {
         let mut answered = 0;
         for _ in 0..inputs {
             let length = random.next_u32() % 20;
-            let mut text = String::from(if random.next_u32() % 2 == 0 { "Digest realm=r,nonce=n," } else { "" });
+            let mut text = String::from(if random.next_u32().is_multiple_of(2) { "Digest realm=r,nonce=n," } else { "" });
             (0..length).for_each(|_| text.push_str(pieces[random.next_u32() as usize % pieces.len()]));
             if let Some(challenge) = Challenge::strongest([text.as_str()].into_iter()) {
                 answered += 1;

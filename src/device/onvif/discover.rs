@@ -70,8 +70,8 @@ fn discover_at(target: SocketAddr, timeout: f64) -> Result<Vec<Discovered>> {
 fn uuid() -> String {
     let mut b = nonce();
     // Version 4, variant 1 (RFC 9562).
-    b[6] = b[6] & 0x0F | 0x40;
-    b[8] = b[8] & 0x3F | 0x80;
+    b[6] = (b[6] & 0x0F) | 0x40;
+    b[8] = (b[8] & 0x3F) | 0x80;
     let hex: String = b.iter().map(|b| format!("{b:02x}")).collect();
     format!("urn:uuid:{}-{}-{}-{}-{}", &hex[..8], &hex[8..12], &hex[12..16], &hex[16..20], &hex[20..])
 }

@@ -97,3 +97,40 @@ fn decode(bytes: &[u8]) -> Read<Image> {
     };
     Ok(Image { format, width, height, data })
 }
+
+#[cfg(test)]
+mod tests {
+    use rand_chacha::ChaCha8Rng;
+    use rand_core::{Rng, SeedableRng};
+
+    use super::*;
+
+    /// Damaged pictures are decoded or refused, and are as large as they say.
+    #[test]
+    fn fuzz_pictures() {
+        let inputs = std::env::var("PTZCAL_FUZZ_INPUTS").ok().and_then(|n| n.parse().ok()).unwrap_or(100_000);
+        let mut whole = Vec::new();
+        let pixels: Vec<u8> = (0..16 * 16 * 3).map(|i| (i * 7) as u8).collect();
+        let mut encoder = image::codecs::jpeg::JpegEncoder::new(&mut whole);
+        encoder.encode(&pixels, 16, 16, image::ExtendedColorType::Rgb8).unwrap();
+        assert_eq!(decode(&whole).unwrap().format, PixelFormat::Rgb24);
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let mut read = 0;
+        for _ in 0..inputs / 20 {
+            let mut bytes = whole.clone();
+            for _ in 0..1 + random.next_u32() % 4 {
+                let at = random.next_u32() as usize % bytes.len();
+                bytes[at] = random.next_u32() as u8;
+            }
+            // A size of its own may ask for much memory, within the limit: that takes long, not more.
+            let start = bytes.windows(2).position(|w| w == [0xFF, 0xC0]).unwrap_or(0);
+            bytes.iter_mut().skip(start + 5).step_by(2).take(2).for_each(|high| *high &= 1);
+            if let Ok(image) = decode(&bytes) {
+                read += 1;
+                let depth = if image.format == PixelFormat::Gray8 { 1 } else { 3 };
+                assert_eq!(image.data.len(), image.width as usize * image.height as usize * depth);
+            }
+        }
+        assert!(read > inputs / 1000, "{read}");
+    }
+}

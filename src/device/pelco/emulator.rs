@@ -111,7 +111,7 @@ impl Device {
             && let Some(byte) = self.out.pop_front()
         {
             self.sent += 1;
-            if self.habits.loses == 0 || self.sent % self.habits.loses != 0 {
+            if self.habits.loses == 0 || !self.sent.is_multiple_of(self.habits.loses) {
                 buffer[count] = byte;
                 count += 1;
             }
