@@ -4830,10 +4830,12 @@ ptzcal_status ptzcal_rig_options_new(ptzcal_rig_options **options,
 void ptzcal_rig_options_free(ptzcal_rig_options *options) PTZCAL_NOEXCEPT;
 
 /**
- * Sets the address of the devices. Callbacks that are set as well take their place one by one.
+ * Sets the address of a whole rig: the simulator, or a recorded scan. Callbacks and addresses of
+ * single devices that are set as well take their place one by one.
  *
  * @param options The options.
- * @param address "sim:room?key=value&..."; may be NULL: none. It may hold no password.
+ * @param address "sim:room?key=value&..." or "folder:///path"; may be NULL: none. It may hold no
+ *                password.
  * @param error   Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; opening says whether the address exists.
  *
@@ -4845,7 +4847,72 @@ ptzcal_status ptzcal_rig_options_set_address(ptzcal_rig_options *options,
                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
- * Sets the rig model. A simulator brings one of its own; all other rigs need it.
+ * Sets the address of the head; a host's head takes its place.
+ *
+ * @param options The options.
+ * @param address Such as "visca:///dev/ttyUSB0?model=evi-d100" (docs/addresses.md); may be NULL: none. It may hold no
+ *                password.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; opening says what is wrong with it.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_options_set_ptz_address(ptzcal_rig_options *options,
+                                                 const char *address,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the address of the laser; a host's laser takes its place.
+ *
+ * @param options The options.
+ * @param address Such as "gpio:///dev/gpiochip0/laser" (docs/addresses.md); may be NULL: none. It may hold no
+ *                password.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; opening says what is wrong with it.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_options_set_laser_address(ptzcal_rig_options *options,
+                                                   const char *address,
+                                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the address of the head camera's frames; a host's frames take its place.
+ *
+ * @param options The options.
+ * @param address Such as "v4l2:///dev/video0?format=YUYV" (docs/addresses.md); may be NULL: none. It may hold no
+ *                password.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; opening says what is wrong with it.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_options_set_frames_address(ptzcal_rig_options *options,
+                                                    const char *address,
+                                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets who opens the devices that ask for it (ONVIF).
+ *
+ * @param options  The options.
+ * @param user     The user's name; may be NULL: nobody.
+ * @param password The password; may be NULL: empty. It is neither logged nor written anywhere.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_options_set_credentials(ptzcal_rig_options *options,
+                                                 const char *user,
+                                                 const char *password,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the rig model. Simulators and recordings bring one of their own; all other rigs need it.
  *
  * @param options The options.
  * @param model   The model.
@@ -5006,6 +5073,592 @@ ptzcal_status ptzcal_rig_options_set_frame_wait(ptzcal_rig_options *options,
 ptzcal_status ptzcal_rig_options_set_laser_max_on(ptzcal_rig_options *options,
                                                   double seconds,
                                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * What a head is opened with
+ *
+ * The head of a camera, to drive it as an operator does: without a rig, a laser, a scan. The options
+ * are read when a head is opened.
+ * ============================================================================================= */
+
+/** How a move ended. */
+enum {
+  /** The head stands where it was sent. */
+  PTZCAL_MOVE_END_ARRIVED = 0,
+  /** It stands elsewhere: at a limit, blocked, or the device gave up. */
+  PTZCAL_MOVE_END_MISSED = 1,
+  /** It was stopped. */
+  PTZCAL_MOVE_END_STOPPED = 2,
+  /** A drive was not renewed in time, and was stopped. */
+  PTZCAL_MOVE_END_DEAD_MAN = 3,
+  /** A later move took its place. */
+  PTZCAL_MOVE_END_REPLACED = 4,
+  /** The device tells neither its position nor whether it moves. */
+  PTZCAL_MOVE_END_UNKNOWN = 5,
+  /** The device failed; the status says how. */
+  PTZCAL_MOVE_END_FAILED = 6,
+};
+typedef int32_t ptzcal_move_end;
+
+/** What a head is opened with. */
+typedef struct ptzcal_head_options ptzcal_head_options;
+
+/**
+ * Hears of the end of a move. It runs on the head's own thread (that of a move which takes another's
+ * place: on the caller's), under no lock, and must not throw or longjmp. It may call the head's
+ * functions, also ptzcal_head_close.
+ *
+ * @param user   What was given with the callback.
+ * @param number The move's number, from the call that started it.
+ * @param end    A ptzcal_move_end.
+ * @param status PTZCAL_STATUS_OK, or how the device failed.
+ * @param pan    Where the head stands, radians; NAN when that is not known.
+ * @param tilt   Where the head stands, radians; NAN when that is not known.
+ */
+typedef void (*ptzcal_move_end_fn)(void *user,
+                                   uint64_t number,
+                                   int32_t end,
+                                   int32_t status,
+                                   double pan,
+                                   double tilt) PTZCAL_CALLBACK_NOEXCEPT;
+
+/**
+ * Makes options: no device, silent.
+ *
+ * @param options Receives the options; free them with ptzcal_head_options_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_options_new(ptzcal_head_options **options,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees options. Heads opened with them live on.
+ *
+ * @param options The options; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_head_options_free(ptzcal_head_options *options) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the head's address; a host's head takes its place.
+ *
+ * @param options The options.
+ * @param address Such as "visca+udp://camera.lan", "onvif://camera.lan", "sim:room"
+ *                (docs/addresses.md); may be NULL: none. It may hold no password.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; opening says what is wrong with it.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_options_set_address(ptzcal_head_options *options,
+                                              const char *address,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets a head of the host.
+ *
+ * @param options The options.
+ * @param ptz     The head; the struct is copied. Its callbacks run on whatever thread calls, and on
+ *                the head's own, one at a time.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NULL_POINTER for a missing callback.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_options_set_ptz(ptzcal_head_options *options,
+                                          const ptzcal_ptz *ptz,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets who opens a device that asks for it (ONVIF).
+ *
+ * @param options  The options.
+ * @param user     The user's name; may be NULL: nobody.
+ * @param password The password; may be NULL: empty. It is neither logged nor written anywhere.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_options_set_credentials(ptzcal_head_options *options,
+                                                  const char *user,
+                                                  const char *password,
+                                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets where the head's messages go. They come from its own thread too.
+ *
+ * @param options  The options.
+ * @param callback Receives messages; may be NULL: none are made (the default).
+ * @param user     Handed to the callback.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_options_set_log(ptzcal_head_options *options,
+                                          ptzcal_log_fn callback,
+                                          void *user,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets who hears of the ends of moves.
+ *
+ * @param options  The options.
+ * @param callback Hears of each move's end; may be NULL: nobody (the default).
+ * @param user     Handed to the callback; it must live until the head is closed.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_options_set_on_move_end(ptzcal_head_options *options,
+                                                  ptzcal_move_end_fn callback,
+                                                  void *user,
+                                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Heads
+ *
+ * PTZ control as an operator needs it: drive with a joystick, moves in radians, presets, and a stop
+ * that waits for nobody. All functions of a head may be called from several threads at once. From
+ * its first move on an open head has one thread of its own: it stops a drive that nobody renews, and
+ * watches each move until it ends.
+ * ============================================================================================= */
+
+/** What a device says of itself. */
+enum {
+  /** The protocol that it is spoken to with. */
+  PTZCAL_IDENTITY_PROTOCOL = 0,
+  /** Who made it. */
+  PTZCAL_IDENTITY_VENDOR = 1,
+  /** Its model. */
+  PTZCAL_IDENTITY_MODEL = 2,
+  /** Its firmware's version. */
+  PTZCAL_IDENTITY_FIRMWARE = 3,
+};
+typedef uint32_t ptzcal_identity;
+
+/** An open head. */
+typedef struct ptzcal_head ptzcal_head;
+
+/** What a head can do. */
+typedef struct ptzcal_head_capabilities {
+  /** Set by ptzcal_head_capabilities_init. */
+  uint32_t struct_size;
+  /** 1: the device's pan and tilt are numbers without a known angle. */
+  uint32_t raw_units;
+  /** Least pan, radians. */
+  double pan_min;
+  /** Greatest pan, radians. */
+  double pan_max;
+  /** Least tilt, radians. */
+  double tilt_min;
+  /** Greatest tilt, radians. */
+  double tilt_max;
+  /** Size of an encoder step of pan, radians; 0 when unknown. */
+  double pan_step;
+  /** Size of an encoder step of tilt, radians; 0 when unknown. */
+  double tilt_step;
+  /** Greatest speed of pan, radians per second; 0 when unknown. */
+  double pan_speed;
+  /** Greatest speed of tilt, radians per second; 0 when unknown. */
+  double tilt_speed;
+  /** Number of presets, from 0; 0: none. */
+  uint32_t presets;
+  /** 1: the device says whether it moves. */
+  uint32_t reports_motion;
+  /** 1: positions are read from the head; 0: they are where it was sent. */
+  uint32_t reports_position;
+  /** 1: ptzcal_head_drive works. */
+  uint32_t has_drive;
+  /** 1: relative moves are the device's own; 0: they are made of absolute ones. */
+  uint32_t has_relative;
+  /** 1: ptzcal_head_home works. */
+  uint32_t has_home;
+  /** 1: ptzcal_head_set_zoom works. */
+  uint32_t has_zoom;
+  /** 1: ptzcal_head_set_focus works. */
+  uint32_t has_focus;
+  /** 1: ptzcal_head_lock_exposure works. */
+  uint32_t has_exposure_lock;
+  /** 0. */
+  uint32_t reserved;
+} ptzcal_head_capabilities;
+
+/**
+ * Sets up capabilities: everything 0.
+ *
+ * @param capabilities The struct.
+ * @param size         sizeof *capabilities.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_capabilities_init(ptzcal_head_capabilities *capabilities,
+                                            size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Opens a head: takes it over; it does not move.
+ *
+ * @param options What it is opened with.
+ * @param head    Receives the head; close it with ptzcal_head_close.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT without a device;
+ *         PTZCAL_STATUS_INVALID_ADDRESS; PTZCAL_STATUS_UNSUPPORTED for an address of something else;
+ *         PTZCAL_STATUS_DEVICE_NOT_FOUND, _PERMISSION, _BUSY, _TIMEOUT, _GARBLED, _MISMATCH,
+ *         PTZCAL_STATUS_UNAUTHORISED: what is wrong, with a hint what to do.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_open(const ptzcal_head_options *options,
+                               ptzcal_head **head,
+                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Closes a head: stops it, ends its thread, frees the handle. The handle is gone whatever is
+ * returned. From inside its callback the thread ends when the callback returns.
+ *
+ * @param head  The head; may be NULL: nothing happens. No other call may be at work with it.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; the device's own when it could not be stopped.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_close(ptzcal_head *head, ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * What the head can do.
+ *
+ * @param head         The head.
+ * @param capabilities Receives them; set up by ptzcal_head_capabilities_init.
+ * @param error        Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_get_capabilities(const ptzcal_head *head,
+                                           ptzcal_head_capabilities *capabilities,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * What the device says of itself, as UTF-8 without a NUL.
+ *
+ * @param head     The head.
+ * @param which    A ptzcal_identity.
+ * @param buffer   Receives the text; may be NULL when capacity is 0.
+ * @param capacity Bytes of the buffer.
+ * @param needed   Receives the number of bytes, 0 when the device does not say; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: needed says the size;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT; a device's own.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_copy_identity(const ptzcal_head *head,
+                                        uint32_t which,
+                                        char *buffer,
+                                        size_t capacity,
+                                        size_t *needed,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Reads where the head is.
+ *
+ * @param head  The head.
+ * @param pan   Receives the reading, radians.
+ * @param tilt  Receives the reading, radians.
+ * @param zoom  Receives the zoom, 0 (wide) to 1 (tele), 0 without zoom; may be NULL.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; a device's own.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_position(const ptzcal_head *head,
+                                   double *pan,
+                                   double *tilt,
+                                   double *zoom,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Says whether the head moves.
+ *
+ * @param head   The head.
+ * @param motion Receives a ptzcal_motion.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; a device's own.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_motion(const ptzcal_head *head,
+                                 int32_t *motion,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Waits until a move has ended. The end of a move that is long gone is PTZCAL_MOVE_END_REPLACED.
+ *
+ * @param head        The head.
+ * @param move_number The move, from the call that started it.
+ * @param timeout     Longest wait, seconds, not negative.
+ * @param token       Ends the waiting from another thread, not the move; may be NULL.
+ * @param end         Receives a ptzcal_move_end.
+ * @param status      Receives PTZCAL_STATUS_OK or how the device failed; may be NULL.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_DEVICE_TIMEOUT: the move goes on; PTZCAL_STATUS_CANCELLED: the same;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a number that no move has.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_wait(const ptzcal_head *head,
+                               uint64_t move_number,
+                               double timeout,
+                               const ptzcal_cancel *token,
+                               int32_t *end,
+                               int32_t *status,
+                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Driving a head
+ *
+ * Moves return at once with a number; ptzcal_head_wait waits for their end, and the callback of the
+ * options hears of it.
+ * ============================================================================================= */
+
+/** How a lens is focused. */
+enum {
+  /** The camera focuses by itself. */
+  PTZCAL_FOCUS_AUTO = 0,
+  /** The focus stays where it is. */
+  PTZCAL_FOCUS_MANUAL = 1,
+  /** The focus goes to a place and stays there. */
+  PTZCAL_FOCUS_AT = 2,
+};
+typedef uint32_t ptzcal_focus;
+
+/**
+ * Starts a move and returns. ptzcal_head_wait waits for its end, the callback hears of it.
+ *
+ * @param head   The head.
+ * @param pan    Reading of the device, radians; positive is right.
+ * @param tilt   Reading of the device, radians; positive is up.
+ * @param number Receives the move's number; may be NULL.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNREACHABLE outside the head's range; PTZCAL_STATUS_NOT_FINITE;
+ *         a device's own.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_move(const ptzcal_head *head,
+                               double pan,
+                               double tilt,
+                               uint64_t *number,
+                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Starts a move from where the head is and returns.
+ *
+ * @param head   The head.
+ * @param pan    Radians; positive is right.
+ * @param tilt   Radians; positive is up.
+ * @param number Receives the move's number; may be NULL.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNREACHABLE outside the head's range; PTZCAL_STATUS_NOT_FINITE;
+ *         a device's own.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_move_by(const ptzcal_head *head,
+                                  double pan,
+                                  double tilt,
+                                  uint64_t *number,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Drives at a speed until told otherwise, and no longer than dead_man seconds after the last call:
+ * a host that hangs, or whose operator is gone, lets go. Call it again in time to go on. All speeds 0
+ * stop the head.
+ *
+ * @param head       The head.
+ * @param pan_speed  Radians per second, positive right; cut to what the device can.
+ * @param tilt_speed Radians per second, positive up; cut to what the device can.
+ * @param zoom_speed -1 (to wide at full speed) to 1 (to tele).
+ * @param dead_man   Seconds, more than 0, at most 60.
+ * @param number     Receives the move's number; may be NULL.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_UNSUPPORTED by a device without continuous drive; a device's own.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_drive(const ptzcal_head *head,
+                                double pan_speed,
+                                double tilt_speed,
+                                double zoom_speed,
+                                double dead_man,
+                                uint64_t *number,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Stops pan, tilt and zoom. It waits neither for an answer of the device nor for another thread's
+ * call; where the device cannot be reached beside that call, the stop follows as the call returns.
+ *
+ * @param head  The head.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; a device's own when it could not be told.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_stop(const ptzcal_head *head, ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Starts the move to the device's home position.
+ *
+ * @param head   The head.
+ * @param number Receives the move's number; may be NULL.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNSUPPORTED; a device's own.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_home(const ptzcal_head *head,
+                               uint64_t *number,
+                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Starts zooming.
+ *
+ * @param head   The head.
+ * @param zoom   0 (wide) to 1 (tele).
+ * @param number Receives the move's number; may be NULL.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_UNSUPPORTED; a device's own.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_set_zoom(const ptzcal_head *head,
+                                   double zoom,
+                                   uint64_t *number,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets how the lens is focused.
+ *
+ * @param head  The head.
+ * @param focus A ptzcal_focus.
+ * @param at    0 (far) to 1 (near) for PTZCAL_FOCUS_AT; else it is not used, but finite.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_UNSUPPORTED; a device's own.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_set_focus(const ptzcal_head *head,
+                                    uint32_t focus,
+                                    double at,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Reads where the focus is.
+ *
+ * @param head  The head.
+ * @param at    Receives 0 (far) to 1 (near).
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNSUPPORTED; a device's own.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_focus(const ptzcal_head *head,
+                                double *at,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Holds exposure and white balance as they are, as taking differences of frames wants it, or lets the
+ * camera have them again.
+ *
+ * @param head   The head.
+ * @param locked 1 or 0.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_UNSUPPORTED; a device's own.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_lock_exposure(const ptzcal_head *head,
+                                        uint32_t locked,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Remembers where the head is.
+ *
+ * @param head   The head.
+ * @param preset Which, from 0.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_UNSUPPORTED; a device's own.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_store_preset(const ptzcal_head *head,
+                                       uint32_t preset,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Starts the move to what was remembered.
+ *
+ * @param head   The head.
+ * @param preset Which, from 0.
+ * @param number Receives the move's number; may be NULL.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_UNSUPPORTED; a device's own.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_recall_preset(const ptzcal_head *head,
+                                        uint32_t preset,
+                                        uint64_t *number,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Forgets a preset.
+ *
+ * @param head   The head.
+ * @param preset Which, from 0.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_UNSUPPORTED; a device's own.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_clear_preset(const ptzcal_head *head,
+                                       uint32_t preset,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
  * Rigs
@@ -5201,7 +5854,8 @@ ptzcal_status ptzcal_rig_set_laser(ptzcal_rig *rig,
 
 /**
  * Stops the head and switches the laser off, now. While another thread's call is at work with the
- * rig, that call is cancelled instead: it stops the head and switches the laser off on its way out.
+ * rig, that call is cancelled: it stops the head and switches the laser off on its way out. Heads
+ * opened by address are stopped beside it at once.
  *
  * @param rig   The rig.
  * @param error Receives the error; may be NULL.
@@ -5298,7 +5952,8 @@ ptzcal_status ptzcal_scan_options_add_camera(ptzcal_scan_options *options,
  * Adds a fixed camera by its address.
  *
  * @param options The options.
- * @param address "sim:fixed/0": the first fixed camera of the rig's simulator.
+ * @param address "sim:fixed/0" or "folder:fixed/0": the first fixed camera of the rig's simulator or
+ *                recording; "v4l2://...", "onvif://...": a camera of its own (docs/addresses.md).
  * @param index   Receives the camera's number, from 0 in the order of adding; may be NULL.
  * @param error   Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_UNSUPPORTED.
@@ -5435,6 +6090,24 @@ ptzcal_status ptzcal_scan_options_set_journal(ptzcal_scan_options *options,
                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
+ * Sets a folder where all frames of the scan are written, so that it can be scanned again without the
+ * rig: open it as "folder:///path". A scan of the same region by the same rig goes on with what is
+ * recorded there already; a folder with anything else in it is never touched. docs/recordings.md
+ * tells the format.
+ *
+ * @param options The options.
+ * @param path    The folder; may be NULL: none (the default).
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_set_recording(ptzcal_scan_options *options,
+                                                const char *path,
+                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
  * Sets the token that stops the scan.
  *
  * @param options The options.
@@ -5517,6 +6190,21 @@ typedef struct ptzcal_scan_summary {
  * Since 0.1.0.
  */
 ptzcal_status ptzcal_region_init(ptzcal_region *region, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * The region that a recorded scan covers, of a rig that was opened on a recording's folder.
+ *
+ * @param rig    The rig.
+ * @param region Receives the region; set up by ptzcal_region_init.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNSUPPORTED for any other rig.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_recorded_region(const ptzcal_rig *rig,
+                                         ptzcal_region *region,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
  * Sets up a summary: everything 0.

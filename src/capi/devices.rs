@@ -33,6 +33,17 @@ pub enum ptzcal_motion {
     Unknown = 3,
 }
 
+impl From<Motion> for ptzcal_motion {
+    fn from(motion: Motion) -> Self {
+        match motion {
+            Motion::Idle => Self::Idle,
+            Motion::Moving => Self::Moving,
+            Motion::Failed => Self::Failed,
+            Motion::Unknown => Self::Unknown,
+        }
+    }
+}
+
 /// Starts a move to pan and tilt (radians; positive pan right, positive tilt up) and returns, or
 /// returns when the head is there.
 pub type ptzcal_ptz_move_fn = Option<unsafe extern "C" fn(user: *mut c_void, pan: f64, tilt: f64) -> i32>;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Address, Credentials, FrameSource, Laser, PanTiltZoom, onvif, pelco};
+use super::{Address, Credentials, FrameSource, Laser, PanTiltZoom, onvif, pelco, visca};
 use crate::control::{Clock, Log, SystemClock};
 use crate::error::{Error, Result};
 
@@ -28,6 +28,7 @@ impl Default for Surroundings {
 /// know; the device's own.
 pub fn open_ptz(address: &Address, surroundings: &Surroundings) -> Result<Box<dyn PanTiltZoom>> {
     match address.scheme() {
+        _ if visca::is_visca(address) => Ok(Box::new(visca::open(address, surroundings)?)),
         "onvif" => Ok(Box::new(onvif::open_head(address, surroundings)?)),
         "onvifs" | "onvif+https" => Err(onvif::encrypted()),
         scheme if scheme.starts_with("pelco-") => Ok(Box::new(pelco::open_head(address, surroundings)?)),

@@ -17,6 +17,7 @@ pub mod scan;
 pub mod settle;
 pub mod shot;
 mod stillness;
+pub mod whole;
 
 use std::sync::Arc;
 
@@ -32,9 +33,10 @@ pub use region::ScanRegion;
 pub use scan::{Phase, Progress, ScanOptions, scan_region};
 pub use settle::SettleOptions;
 pub use shot::{Miss, Scan, ScanCounts, ScanEnd, ScanPoint, Shot, Sighting};
+pub use whole::WholeRig;
 
 use crate::control::{Cancel, Clock, Log};
-use crate::device::{Frame, FrameSource, Laser, PanTiltZoom, PtzCapabilities, PtzPosition};
+use crate::device::{Brake, Frame, FrameSource, Laser, PanTiltZoom, PtzCapabilities, PtzPosition};
 use crate::error::{Error, Result};
 use crate::geometry::RigModel;
 
@@ -121,6 +123,11 @@ impl Rig {
 
     pub fn capabilities(&self) -> &PtzCapabilities {
         &self.capabilities
+    }
+
+    /// The head's brake, where it has one: stops it from any thread, beside another call.
+    pub fn brake(&self) -> Option<Arc<dyn Brake>> {
+        self.ptz.brake()
     }
 
     /// The laser's control, for an emergency stop from any thread.
@@ -221,7 +228,7 @@ impl Drop for Rig {
 }
 
 /// Refuses angles (device readings, radians) that the head cannot reach.
-pub(super) fn check_reach(capabilities: &PtzCapabilities, pan: f64, tilt: f64) -> Result<()> {
+pub(crate) fn check_reach(capabilities: &PtzCapabilities, pan: f64, tilt: f64) -> Result<()> {
     for (name, angle, [low, high]) in [("pan", pan, capabilities.pan_range), ("tilt", tilt, capabilities.tilt_range)] {
         if !angle.is_finite() {
             return Err(Error::NotFinite { name, index: 0 });

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::Shared;
 use super::world::CameraId;
 use crate::control::Clock;
-use crate::device::{Frame, FrameSource, Laser, Motion, PanTiltZoom, PtzCapabilities, PtzPosition};
+use crate::device::{Brake, Frame, FrameSource, Laser, Motion, PanTiltZoom, PtzCapabilities, PtzPosition, PtzVelocity};
 use crate::error::{Error, Result};
 
 const PAN_RANGE: [f64; 2] = [-100.0, 100.0];
@@ -27,7 +27,8 @@ pub struct SimFrames {
     pub(super) next: i64,
 }
 
-/// Virtual time: it passes when something waits, and as fast as the work is done.
+/// Virtual time: it passes when something waits, and as fast as the work is done. With the option
+/// `real_time` it is the system's, times that factor.
 pub struct SimClock(pub(super) Arc<Shared>);
 
 fn radians(range: [f64; 2]) -> [f64; 2] {
@@ -42,15 +43,16 @@ impl PanTiltZoom for SimPtz {
             tilt_range: radians(TILT_RANGE),
             pan_step: step,
             tilt_step: step,
+            max_speed: [self.0.world().options.speed; 2],
             reports_motion: true,
             reports_position: true,
+            has_drive: true,
             ..PtzCapabilities::default()
         }
     }
 
     fn move_absolute(&mut self, pan: f64, tilt: f64) -> Result<()> {
-        let mut world = self.0.world();
-        world.call_ptz()?;
+        let mut world = self.0.call_ptz()?;
         for (name, angle, degrees) in [("pan", pan, PAN_RANGE), ("tilt", tilt, TILT_RANGE)] {
             let [low, high] = radians(degrees);
             if !angle.is_finite() {
@@ -61,43 +63,69 @@ impl PanTiltZoom for SimPtz {
                 return Err(Error::Unreachable { reason });
             }
         }
-        world.move_head([pan, tilt]);
+        let (now, speed) = (world.now, world.options.speed);
+        world.move_head(now, [pan, tilt], [speed; 2]);
         Ok(())
     }
 
     fn position(&mut self) -> Result<PtzPosition> {
-        let mut world = self.0.world();
-        world.call_ptz()?;
+        let world = self.0.call_ptz()?;
         let [pan, tilt] = world.motion.reading(world.now);
         Ok(PtzPosition { pan, tilt, zoom: 0.0 })
     }
 
     fn motion(&mut self) -> Result<Motion> {
-        let mut world = self.0.world();
-        world.call_ptz()?;
+        let world = self.0.call_ptz()?;
         let moving = world.motion.moving(world.now) && !world.faults.ptz_lies;
         Ok(if moving { Motion::Moving } else { Motion::Idle })
     }
 
+    /// As a move to the limits.
+    fn drive(&mut self, velocity: PtzVelocity, _timeout: f64) -> Result<()> {
+        let mut world = self.0.call_ptz()?;
+        let (now, most) = (world.now, world.options.speed);
+        let at = world.motion.reading(now);
+        let way = |speed: f64, at: f64, range: [f64; 2]| match speed {
+            s if s > 0.0 => (radians(range)[1], s.min(most)),
+            s if s < 0.0 => (radians(range)[0], (-s).min(most)),
+            _ => (at, most),
+        };
+        let (pan, pan_speed) = way(velocity.pan, at[0], PAN_RANGE);
+        let (tilt, tilt_speed) = way(velocity.tilt, at[1], TILT_RANGE);
+        world.move_head(now, [pan, tilt], [pan_speed, tilt_speed]);
+        Ok(())
+    }
+
+    fn brake(&self) -> Option<Arc<dyn Brake>> {
+        Some(Arc::new(SimBrake(self.0.clone())))
+    }
+
     fn stop(&mut self) -> Result<()> {
-        let mut world = self.0.world();
-        world.call_ptz()?;
+        let mut world = self.0.call_ptz()?;
         let now = world.now;
         world.motion.stop(now);
         Ok(())
     }
 }
 
+struct SimBrake(Arc<Shared>);
+
+impl Brake for SimBrake {
+    fn stop(&self) -> Result<()> {
+        SimPtz(self.0.clone()).stop()
+    }
+}
+
 impl Laser for SimLaser {
     fn set(&mut self, on: bool) -> Result<()> {
-        self.0.world().set_laser(on)
+        self.0.set_laser(on)
     }
 }
 
 impl Drop for SimLaser {
     fn drop(&mut self) {
         // Switching off never fails.
-        let _ = self.0.world().set_laser(false);
+        let _ = self.0.set_laser(false);
     }
 }
 
@@ -105,8 +133,11 @@ impl FrameSource for SimFrames {
     fn next_frame(&mut self, not_before: f64, timeout: f64, frame: &mut Frame) -> Result<()> {
         // Only the snapshot is taken under the world's lock: cameras render at the same time.
         let (number, begin, exposure) = {
-            let mut world = self.shared.world();
-            let (number, begin) = world.wait_for_frame(self.camera, self.next, not_before, timeout)?;
+            let world = self.shared.world();
+            let wait = world.find_frame(self.camera, self.next, not_before, timeout)?;
+            let mut world = self.shared.pass(world, wait.until);
+            let (number, begin) = wait.frame?;
+            world.forget();
             (number, begin, world.exposure(self.camera, number, begin))
         };
         self.next = number + 1;
@@ -130,7 +161,9 @@ impl Clock for SimClock {
 
     fn sleep(&self, seconds: f64) {
         if seconds > 0.0 && seconds.is_finite() {
-            self.0.world().now += seconds;
+            let world = self.0.world();
+            let until = world.now + seconds;
+            drop(self.0.pass(world, until));
         }
     }
 }

@@ -35,6 +35,7 @@ static ptzcal_rgbd_view fixture_rgbd_view[1];
 
 static ptzcal_pose fixture_pose[1];
 static ptzcal_ptz fixture_ptz[1];
+static ptzcal_head_capabilities fixture_head_capabilities[1];
 static ptzcal_region fixture_region[1];
 static ptzcal_shot fixture_shot[1];
 static ptzcal_scan_summary fixture_scan_summary[1];
@@ -65,6 +66,8 @@ static ptzcal_pose_estimate *fixture_pose_estimate;
 static ptzcal_simulator *fixture_simulator;
 static ptzcal_rig_options *fixture_rig_options;
 static ptzcal_rig *fixture_rig;
+static ptzcal_head_options *fixture_head_options;
+static ptzcal_head *fixture_head;
 static ptzcal_scan_options *fixture_scan_options;
 static ptzcal_scan *fixture_scan;
 static ptzcal_adjustment *fixture_adjustment;
@@ -331,6 +334,11 @@ static inline void fixture_log_fn(void *user, int32_t level, const char *message
   (void)user, (void)level, (void)message;
 }
 
+static inline void fixture_move_end_fn(void *user, uint64_t number, int32_t end, int32_t status, double pan, double tilt)
+{
+  (void)user, (void)number, (void)end, (void)status, (void)pan, (void)tilt;
+}
+
 /* Stops at once. */
 static inline int32_t fixture_progress_fn(void *user, const ptzcal_progress *progress)
 {
@@ -403,6 +411,10 @@ static inline void make_fixtures(void)
   CHECK_OK(ptzcal_rig_options_set_address(fixture_rig_options, "sim:room", NULL));
   CHECK_OK(ptzcal_rig_options_set_settle(fixture_rig_options, 2, 0.1, 0.0, 30.0, 0.0, NULL));
   CHECK_OK(ptzcal_rig_open(fixture_rig_options, &fixture_rig, NULL));
+  CHECK_OK(ptzcal_head_options_new(&fixture_head_options, NULL));
+  CHECK_OK(ptzcal_head_options_set_address(fixture_head_options, "sim:room", NULL));
+  CHECK_OK(ptzcal_head_open(fixture_head_options, &fixture_head, NULL));
+  CHECK_OK(ptzcal_head_capabilities_init(fixture_head_capabilities, sizeof *fixture_head_capabilities));
   CHECK_OK(ptzcal_region_init(fixture_region, sizeof *fixture_region));
   CHECK_OK(ptzcal_shot_init(fixture_shot, sizeof *fixture_shot));
   CHECK_OK(ptzcal_scan_summary_init(fixture_scan_summary, sizeof *fixture_scan_summary));
@@ -426,6 +438,8 @@ static inline void free_fixtures(void)
   ptzcal_scan_free(fixture_scan);
   ptzcal_scan_options_free(fixture_scan_options);
   CHECK_OK(ptzcal_rig_close(fixture_rig, NULL));
+  CHECK_OK(ptzcal_head_close(fixture_head, NULL));
+  ptzcal_head_options_free(fixture_head_options);
   ptzcal_rig_options_free(fixture_rig_options);
   ptzcal_simulator_free(fixture_simulator);
   ptzcal_pose_estimate_free(fixture_pose_estimate);

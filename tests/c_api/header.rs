@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 47] = [
+const TOPICS: [&str; 50] = [
     "version",
     "status",
     "error",
@@ -45,6 +45,9 @@ const TOPICS: [&str; 47] = [
     "devices",
     "simulator",
     "rig_options",
+    "head_options",
+    "head",
+    "head_control",
     "rig",
     "scan_options",
     "scan",

@@ -15,6 +15,7 @@ use ptzcal::capi::camera::ptzcal_camera;
 use ptzcal::capi::chessboard::{ptzcal_chessboard, ptzcal_chessboard_options};
 use ptzcal::capi::detect::ptzcal_spot;
 use ptzcal::capi::devices::ptzcal_ptz;
+use ptzcal::capi::head::ptzcal_head_capabilities;
 use ptzcal::capi::image::ptzcal_image;
 use ptzcal::capi::laser_line::ptzcal_laser_line;
 use ptzcal::capi::lines::ptzcal_line_options;
@@ -79,6 +80,7 @@ fn rust() -> String {
         disagreement condition);
     layout!(out, ptzcal_ptz: struct_size reserved pan_min pan_max tilt_min tilt_max pan_step tilt_step
         user move_absolute position motion stop);
+    layout!(out, ptzcal_head_capabilities: struct_size raw_units pan_min pan_max tilt_min tilt_max pan_step tilt_step pan_speed tilt_speed presets reports_motion reports_position has_drive has_relative has_home has_zoom has_focus has_exposure_lock reserved);
     layout!(out, ptzcal_region: struct_size pan_steps tilt_steps reserved pan_min pan_max tilt_min tilt_max);
     layout!(out, ptzcal_scan_summary: struct_size complete positions shots resumed found fixed_cameras
         journal_damaged journal_cut);

@@ -35,6 +35,15 @@ from .errors import (
     SpotNotFound,
     Status,
 )
+from .head import (
+    Focus,
+    Head,
+    HeadCapabilities,
+    HeadIdentity,
+    MoveEnd,
+    MoveEvent,
+    PanTiltZoom,
+)
 from .images import PixelFormat
 from .lines import (
     LineFit,
@@ -85,9 +94,13 @@ __all__ = [
     "DistortionModel",
     "Error",
     "FixedCamera",
+    "Focus",
     "Frame",
     "Gate",
     "HEAD_CAMERA",
+    "Head",
+    "HeadCapabilities",
+    "HeadIdentity",
     "InvalidArgument",
     "LaserCalibration",
     "LaserColour",
@@ -96,7 +109,10 @@ __all__ = [
     "LineSegments",
     "LogLevel",
     "Motion",
+    "MoveEnd",
+    "MoveEvent",
     "PanTilt",
+    "PanTiltZoom",
     "Picture",
     "PixelFormat",
     "Pose",

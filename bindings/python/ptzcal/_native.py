@@ -36,6 +36,7 @@ from ._structs import (
     ptzcal_clock_sleep_fn,
     ptzcal_common_line,
     ptzcal_frame_fn,
+    ptzcal_head_capabilities,
     ptzcal_image,
     ptzcal_laser_fn,
     ptzcal_laser_line,
@@ -43,6 +44,7 @@ from ._structs import (
     ptzcal_line_match_options,
     ptzcal_line_options,
     ptzcal_log_fn,
+    ptzcal_move_end_fn,
     ptzcal_pose,
     ptzcal_progress_fn,
     ptzcal_ptz,
@@ -79,9 +81,11 @@ _double_out = POINTER(c_double)
 _int32_out = POINTER(c_int32)
 _uint32_out = POINTER(c_uint32)
 _size_out = POINTER(c_size_t)
+_uint64_out = POINTER(c_uint64)
 _images = POINTER(POINTER(ptzcal_image))
 _board_view = POINTER(ptzcal_board_view)
 _camera = POINTER(ptzcal_camera)
+_capabilities = POINTER(ptzcal_head_capabilities)
 _chessboard = POINTER(ptzcal_chessboard)
 _chessboard_options = POINTER(ptzcal_chessboard_options)
 _image = POINTER(ptzcal_image)
@@ -409,6 +413,10 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_rig_options_new": (_status, _handle_out, _error_out),
     "ptzcal_rig_options_free": (None, _handle),
     "ptzcal_rig_options_set_address": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_rig_options_set_ptz_address": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_rig_options_set_laser_address": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_rig_options_set_frames_address": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_rig_options_set_credentials": (_status, _handle, c_char_p, c_char_p, _error_out),
     "ptzcal_rig_options_set_model": (_status, _handle, _model, _error_out),
     "ptzcal_rig_options_set_ptz": (_status, _handle, _ptz, _error_out),
     "ptzcal_rig_options_set_laser": (_status, _handle, ptzcal_laser_fn, _user, _error_out),
@@ -439,9 +447,48 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_rig_stop": (_status, _handle, _error_out),
     "ptzcal_rig_emergency_off": (_status, _handle, _error_out),
     "ptzcal_rig_release": (_status, _handle, _error_out),
+    # Heads.
+    "ptzcal_head_options_new": (_status, _handle_out, _error_out),
+    "ptzcal_head_options_free": (None, _handle),
+    "ptzcal_head_options_set_address": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_head_options_set_ptz": (_status, _handle, _ptz, _error_out),
+    "ptzcal_head_options_set_credentials": (_status, _handle, c_char_p, c_char_p, _error_out),
+    "ptzcal_head_options_set_log": (_status, _handle, ptzcal_log_fn, _user, _error_out),
+    "ptzcal_head_options_set_on_move_end": (
+        _status, _handle, ptzcal_move_end_fn, _user, _error_out,
+    ),
+    "ptzcal_head_capabilities_init": (_status, _capabilities, c_size_t),
+    "ptzcal_head_open": (_status, _handle, _handle_out, _error_out),
+    "ptzcal_head_close": (_status, _handle, _error_out),
+    "ptzcal_head_get_capabilities": (_status, _handle, _capabilities, _error_out),
+    "ptzcal_head_copy_identity": (
+        _status, _handle, c_uint32, c_char_p, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_head_position": (
+        _status, _handle, _double_out, _double_out, _double_out, _error_out,
+    ),
+    "ptzcal_head_motion": (_status, _handle, _int32_out, _error_out),
+    "ptzcal_head_move": (_status, _handle, c_double, c_double, _uint64_out, _error_out),
+    "ptzcal_head_move_by": (_status, _handle, c_double, c_double, _uint64_out, _error_out),
+    "ptzcal_head_drive": (
+        _status, _handle, c_double, c_double, c_double, c_double, _uint64_out, _error_out,
+    ),
+    "ptzcal_head_stop": (_status, _handle, _error_out),
+    "ptzcal_head_home": (_status, _handle, _uint64_out, _error_out),
+    "ptzcal_head_set_zoom": (_status, _handle, c_double, _uint64_out, _error_out),
+    "ptzcal_head_set_focus": (_status, _handle, c_uint32, c_double, _error_out),
+    "ptzcal_head_focus": (_status, _handle, _double_out, _error_out),
+    "ptzcal_head_lock_exposure": (_status, _handle, c_uint32, _error_out),
+    "ptzcal_head_store_preset": (_status, _handle, c_uint32, _error_out),
+    "ptzcal_head_recall_preset": (_status, _handle, c_uint32, _uint64_out, _error_out),
+    "ptzcal_head_clear_preset": (_status, _handle, c_uint32, _error_out),
+    "ptzcal_head_wait": (
+        _status, _handle, c_uint64, c_double, _handle, _int32_out, _int32_out, _error_out,
+    ),
     # Scanning a region.
     "ptzcal_shot_init": (_status, _shot, c_size_t),
     "ptzcal_region_init": (_status, _region, c_size_t),
+    "ptzcal_rig_recorded_region": (_status, _handle, _region, _error_out),
     "ptzcal_scan_summary_init": (_status, _scan_summary, c_size_t),
     "ptzcal_scan_options_new": (_status, _handle_out, _error_out),
     "ptzcal_scan_options_free": (None, _handle),
@@ -460,6 +507,8 @@ PROTOTYPES: Dict[str, tuple] = {
         _status, _handle, c_double, c_double, c_double, c_double, _error_out,
     ),
     "ptzcal_scan_options_set_journal": (_status, _handle, c_char_p, c_int32, _error_out),
+    "ptzcal_scan_options_set_reconnect": (_status, _handle, c_double, _error_out),
+    "ptzcal_scan_options_set_recording": (_status, _handle, c_char_p, _error_out),
     "ptzcal_scan_options_set_cancel": (_status, _handle, _handle, _error_out),
     "ptzcal_rig_scan_region": (
         _status, _handle, _region, _handle, ptzcal_progress_fn, _user, _handle_out, _error_out,

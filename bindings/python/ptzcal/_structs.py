@@ -322,6 +322,31 @@ class ptzcal_pose(Structure):
     ]
 
 
+class ptzcal_head_capabilities(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("raw_units", c_uint32),
+        ("pan_min", c_double),
+        ("pan_max", c_double),
+        ("tilt_min", c_double),
+        ("tilt_max", c_double),
+        ("pan_step", c_double),
+        ("tilt_step", c_double),
+        ("pan_speed", c_double),
+        ("tilt_speed", c_double),
+        ("presets", c_uint32),
+        ("reports_motion", c_uint32),
+        ("reports_position", c_uint32),
+        ("has_drive", c_uint32),
+        ("has_relative", c_uint32),
+        ("has_home", c_uint32),
+        ("has_zoom", c_uint32),
+        ("has_focus", c_uint32),
+        ("has_exposure_lock", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
 class ptzcal_region(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -394,6 +419,9 @@ class ptzcal_adjust_options(Structure):
 
 
 ptzcal_log_fn = CFUNCTYPE(None, c_void_p, c_int32, c_char_p)
+ptzcal_move_end_fn = CFUNCTYPE(
+    None, c_void_p, c_uint64, c_int32, c_int32, c_double, c_double
+)
 ptzcal_progress_fn = CFUNCTYPE(c_int32, c_void_p, POINTER(ptzcal_progress))
 ptzcal_ptz_move_fn = CFUNCTYPE(c_int32, c_void_p, c_double, c_double)
 ptzcal_ptz_position_fn = CFUNCTYPE(

@@ -96,8 +96,10 @@ class Rig:
         *,
         model: Optional[RigModel] = None,
         ptz: Any = None,
-        laser: Optional[Callable[[bool], Any]] = None,
-        frames: Optional[Callable[[float, float], Any]] = None,
+        laser: Union[str, Callable[[bool], Any], None] = None,
+        frames: Union[str, Callable[[float, float], Any], None] = None,
+        user: Optional[str] = None,
+        password: Optional[str] = None,
         clock: Any = None,
         log: Optional[Callable[[LogLevel, str], Any]] = None,
         settle: Optional[Settle] = None,
@@ -105,10 +107,12 @@ class Rig:
         stale_frames: int = 4,
         laser_max_on: float = 2.0,
     ) -> "Rig":
-        """Opens a rig on an address ("sim:room"), on Python objects, or on both: an object takes
-        the place of the address's device. The laser is switched off; the head does not move.
+        """Opens a rig on an address ("sim:room", "folder:///path/of/a/recording"), on its devices
+        (addresses or Python objects), or on both: a device takes the place of the address's. The
+        laser is switched off; the head does not move.
 
-        model: the rig model; only a simulator brings its own.
+        model: the rig model; only simulators and recordings bring their own.
+        ptz, laser, frames: addresses (docs/addresses.md), opened as user with password, or:
         ptz: an object with move(pan, tilt), position() -> (pan, tilt), stop(), motion() -> Motion
           where the device tells it, and the attributes pan_range and tilt_range, (least, greatest),
           and pan_step and tilt_step where they are known. Radians.
@@ -132,17 +136,23 @@ class Rig:
             options.set("address", _native.text(address, "address"))
         if model is not None:
             options.set("model", byref(model._struct))
-        if ptz is not None:
+        if user is not None:
+            secret = None if password is None else _native.text(password, "password")
+            options.set("credentials", _native.text(user, "user"), secret)
+        for device, place in (("ptz", ptz), ("laser", laser), ("frames", frames)):
+            if isinstance(place, str):
+                options.set(f"{device}_address", _native.text(place, device))
+        if ptz is not None and not isinstance(ptz, str):
             struct = _ptz(ptz)
             callbacks.append(struct)
             options.set("ptz", byref(struct))
-        if laser is not None:
+        if laser is not None and not isinstance(laser, str):
             switch = _structs.ptzcal_laser_fn(
                 _callbacks.device(lambda on: laser(bool(on)), always=_is_off)
             )
             callbacks.append(switch)
             options.set("laser", switch, None)
-        if frames is not None:
+        if frames is not None and not isinstance(frames, str):
             next_frame = _callbacks.frames(frames)
             callbacks.append(next_frame)
             options.set("frames", next_frame, None)
@@ -246,6 +256,12 @@ class Rig:
         with self._open() as pointer:
             return Simulator._of_rig(pointer)
 
+    def recorded_region(self) -> Region:
+        """The region of a rig that was opened on a recorded scan."""
+        struct = _native.initial(_structs.ptzcal_region)
+        self._call("recorded_region", byref(struct))
+        return Region._from_struct(struct)
+
     def move(self, pan: float, tilt: float, *, cancel: Optional[Cancel] = None) -> None:
         """Moves the head, radians, and waits until it stands still. The laser is off meanwhile."""
         self._call("move", pan, tilt, pointer_of(cancel))
@@ -287,6 +303,8 @@ class Rig:
         gate: Optional[Gate] = None,
         journal: Optional[_native.Path] = None,
         journal_sync: bool = True,
+        recording: Optional[_native.Path] = None,
+        reconnect: float = 0.0,
         progress: Optional[Callable[[Progress], Any]] = None,
         cancel: Optional[Cancel] = None,
     ) -> Scan:
@@ -296,6 +314,8 @@ class Rig:
         "sim:fixed/0". frames_per_state: frames averaged with the laser off, and with it on.
         coarse_shots: positions of the first pass. spot: how spots are found. journal: a file from
         which a scan that was killed goes on; journal_sync waits for the disk at each shot.
+        recording: a folder for all frames, to be opened as "folder:///path" and scanned again.
+        reconnect: how long an unplugged device is waited for, seconds.
         progress: progress(Progress) after each shot; a true result stops the scan.
 
         A scan that ends early (stopped, cancelled, a device failed) still returns what it measured:
@@ -312,6 +332,8 @@ class Rig:
             gate=gate,
             journal=journal,
             journal_sync=journal_sync,
+            recording=recording,
+            reconnect=reconnect,
             cancel=cancel,
         )
         with self._open() as pointer:

@@ -348,12 +348,13 @@ mod tests {
             "stale=true",
             "x",
         ];
-        let inputs = std::env::var("PTZCAL_FUZZ_INPUTS").ok().and_then(|n| n.parse().ok()).unwrap_or(100_000);
+        let inputs = crate::fuzz::fuzz_inputs();
         let mut random = ChaCha8Rng::seed_from_u64(7);
         let mut answered = 0;
         for _ in 0..inputs {
             let length = random.next_u32() % 20;
-            let mut text = String::from(if random.next_u32().is_multiple_of(2) { "Digest realm=r,nonce=n," } else { "" });
+            let mut text =
+                String::from(if random.next_u32().is_multiple_of(2) { "Digest realm=r,nonce=n," } else { "" });
             (0..length).for_each(|_| text.push_str(pieces[random.next_u32() as usize % pieces.len()]));
             if let Some(challenge) = Challenge::strongest([text.as_str()].into_iter()) {
                 answered += 1;

@@ -108,7 +108,7 @@ mod tests {
     /// Damaged pictures are decoded or refused, and are as large as they say.
     #[test]
     fn fuzz_pictures() {
-        let inputs = std::env::var("PTZCAL_FUZZ_INPUTS").ok().and_then(|n| n.parse().ok()).unwrap_or(100_000);
+        let inputs = crate::fuzz::fuzz_inputs();
         let mut whole = Vec::new();
         let pixels: Vec<u8> = (0..16 * 16 * 3).map(|i| (i * 7) as u8).collect();
         let mut encoder = image::codecs::jpeg::JpegEncoder::new(&mut whole);

@@ -67,11 +67,11 @@ fn undamaged_replies_are_read() {
 /// A reply is read or refused; what was read is finite and in order.
 #[test]
 fn fuzz_replies() {
-    let inputs = std::env::var("PTZCAL_FUZZ_INPUTS").ok().and_then(|n| n.parse().ok()).unwrap_or(100_000);
+    let inputs = crate::fuzz::fuzz_inputs();
     let mut random = ChaCha8Rng::seed_from_u64(2026);
-    let mut read = [0; 3];
+    let mut read = [0u64; 3];
     for i in 0..inputs {
-        let kind = i % 3;
+        let kind = (i % 3) as usize;
         let Ok(root) = Element::parse(&damaged([STATUS, NODE, TIME][kind], &mut random)) else { continue };
         let fine = match kind {
             0 => root.at(&["Body", "GetStatusResponse"]).and_then(|r| Status::read(r).ok()).map(|status| {
@@ -83,7 +83,7 @@ fn fuzz_replies() {
             }),
             _ => device_time(&root).map(|unix| assert!((0.0..2.6e11).contains(&unix))),
         };
-        read[kind] += usize::from(fine.is_some());
+        read[kind] += u64::from(fine.is_some());
     }
     assert!(read.iter().all(|n| *n > inputs / 1000), "{read:?}");
 }

@@ -59,7 +59,11 @@ pub fn device_time(response: &Element) -> Option<f64> {
 /// xs:duration of whole seconds and tenths, such as `PT2.5S`.
 pub fn duration(seconds: f64) -> String {
     let tenths = (seconds * 10.0).round().clamp(0.0, 1e9) as u64;
-    if tenths.is_multiple_of(10) { format!("PT{}S", tenths / 10) } else { format!("PT{}.{}S", tenths / 10, tenths % 10) }
+    if tenths.is_multiple_of(10) {
+        format!("PT{}S", tenths / 10)
+    } else {
+        format!("PT{}.{}S", tenths / 10, tenths % 10)
+    }
 }
 
 /// Seconds of an xs:duration without years and months.

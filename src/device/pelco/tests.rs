@@ -10,6 +10,7 @@ use super::emulator::{Device, Habits, Line};
 use crate::control::{Clock, Log};
 use crate::device::{Focus, Motion, PanTiltZoom, PtzVelocity};
 use crate::error::{Error, Status};
+use crate::fuzz::fuzz_inputs;
 
 const P: Dialect = Dialect::P(XorCoverage::Whole);
 const DIALECTS: [Dialect; 3] = [Dialect::D, P, Dialect::P(XorCoverage::Inner)];
@@ -75,17 +76,12 @@ fn published_bytes_are_written_and_read() {
     assert_eq!(DIALECTS[2].encode(1, &drive(-0x20, 0, 0, 0)), bytes("A0 00 00 04 20 00 AF 24"));
 }
 
-/// Number of inputs of the `fuzz_*` tests.
-fn inputs() -> usize {
-    std::env::var("PTZCAL_FUZZ_INPUTS").ok().and_then(|n| n.parse().ok()).unwrap_or(100_000)
-}
-
 #[test]
 fn fuzz_framer_finds_what_follows_any_noise() {
     let mut random = ChaCha8Rng::seed_from_u64(51);
     for dialect in DIALECTS {
         let mut framer = Framer::new(dialect);
-        for _ in 0..inputs() / 3 {
+        for _ in 0..fuzz_inputs() / 3 {
             let noise = random.next_u32() % 24;
             for _ in 0..noise {
                 // Half of the bytes look like starts.
@@ -338,7 +334,7 @@ fn fuzz_replies() {
     }
     let line = line(Dialect::D, Habits { mute: true, ..Habits::default() });
     let mut opened = 0;
-    for seed in 0..inputs() as u64 / 50 {
+    for seed in 0..fuzz_inputs() / 50 {
         let noise = Noise(ChaCha8Rng::seed_from_u64(seed), line.clone());
         let before = line.now();
         line.device().heard.clear();

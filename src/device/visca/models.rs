@@ -169,14 +169,14 @@ impl Model {
         ids: &[0x040f],
         pan: Axis {
             range: [-0x8a58, 0x8a58],
-            units_per_degree: 625.0 / 3.0,
+            units_per_degree: 35416.0 / 170.0,
             reversed: true,
             nibbles: 5,
             speeds: Speeds::Geometric { slowest: 0.25, fastest: 60.0, codes: 0x18 },
         },
         tilt: Axis {
             range: [-0x186a, 0x493d],
-            units_per_degree: 625.0 / 3.0,
+            units_per_degree: 18749.0 / 90.0,
             reversed: false,
             nibbles: 4,
             speeds: Speeds::Geometric { slowest: 0.25, fastest: 60.0, codes: 0x18 },
@@ -343,7 +343,8 @@ mod tests {
         for (axis, degrees, units) in known {
             let exact = f64::to_radians(degrees);
             assert!((axis.to_radians(units) - exact).abs() <= axis.step(), "{degrees} {units}");
-            assert!((axis.to_units("pan", exact).unwrap() - units).abs() <= 1, "{degrees} {units}");
+            let found = axis.to_units("pan", exact).unwrap();
+            assert!((found - units).abs() <= 1 && axis.contains(found), "{degrees} {units}");
         }
     }
 
