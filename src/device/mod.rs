@@ -5,10 +5,13 @@
 //! tilt up; drivers translate. Times are seconds of the workflow's clock.
 
 mod address;
+mod angle;
 mod io;
 mod link;
 mod mapped;
+pub mod onvif;
 mod open;
+pub mod pelco;
 mod poll;
 pub mod recording;
 pub mod serial;
@@ -19,6 +22,7 @@ pub mod visca;
 use std::sync::Arc;
 
 pub use address::{Address, Credentials};
+pub(crate) use angle::turned_into;
 pub use io::device_error;
 pub use link::{Link, Sender};
 pub use mapped::MappedPtz;
