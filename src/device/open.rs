@@ -34,16 +34,33 @@ pub fn open_ptz(address: &Address, _surroundings: &Surroundings) -> Result<Box<d
 ///
 /// # Errors
 /// As [`open_ptz`].
-pub fn open_laser(address: &Address, _surroundings: &Surroundings) -> Result<Box<dyn Laser>> {
-    Err(unknown(address, "a laser"))
+pub fn open_laser(address: &Address, surroundings: &Surroundings) -> Result<Box<dyn Laser>> {
+    match address.scheme() {
+        #[cfg(target_os = "linux")]
+        "gpio" => super::gpio::open(address, surroundings),
+        #[cfg(not(target_os = "linux"))]
+        "gpio" => Err(Error::Unsupported { what: "gpio:// addresses, but on Linux".into() }),
+        _ => Err(unknown(address, "a laser")),
+    }
 }
 
 /// Opens a camera's frames.
 ///
 /// # Errors
 /// As [`open_ptz`].
-pub fn open_frames(address: &Address, _surroundings: &Surroundings) -> Result<Box<dyn FrameSource>> {
-    Err(unknown(address, "frames"))
+#[cfg_attr(not(feature = "v4l2"), allow(unused_variables))]
+pub fn open_frames(address: &Address, surroundings: &Surroundings) -> Result<Box<dyn FrameSource>> {
+    match address.scheme() {
+        #[cfg(all(target_os = "linux", feature = "v4l2"))]
+        "v4l2" => super::v4l2::open(address, surroundings),
+        #[cfg(not(all(target_os = "linux", feature = "v4l2")))]
+        "v4l2" => Err(Error::Unsupported {
+            what: "v4l2:// addresses in this build: it was made without the cargo feature v4l2 (needs Linux, and libclang \
+                   to build)"
+                .into(),
+        }),
+        _ => Err(unknown(address, "frames")),
+    }
 }
 
 fn unknown(address: &Address, what: &str) -> Error {
