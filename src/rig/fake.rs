@@ -148,8 +148,7 @@ impl Fake {
     /// The greatest share of any `window` seconds that the laser was on.
     pub fn greatest_share_on(&self, window: f64) -> f64 {
         let toggles = &self.world().toggles;
-        let spans: Vec<[f64; 2]> =
-            toggles.windows(2).filter(|w| w[0].1 && !w[1].1).map(|w| [w[0].0, w[1].0]).collect();
+        let spans: Vec<[f64; 2]> = toggles.windows(2).filter(|w| w[0].1 && !w[1].1).map(|w| [w[0].0, w[1].0]).collect();
         let within = |end: f64| -> f64 {
             spans.iter().map(|&[on, off]| (off.min(end) - on.max(end - window)).max(0.0)).sum::<f64>() / window
         };

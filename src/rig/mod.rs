@@ -103,11 +103,8 @@ impl Rig {
     pub fn open(parts: RigParts, options: RigOptions) -> Result<Self> {
         let RigParts { model, ptz, laser, frames, clock, log } = parts;
         // First of all, whatever else may be wrong.
-        let limits = LaserLimits {
-            max_on: options.laser_max_on,
-            duty: options.laser_duty,
-            window: options.laser_duty_window,
-        };
+        let limits =
+            LaserLimits { max_on: options.laser_max_on, duty: options.laser_duty, window: options.laser_duty_window };
         let laser = LaserControl::new(laser, clock.clone(), log.clone(), &limits)?;
         model.validate()?;
         model.head_camera(0.0, 0.0).check_lens()?;

@@ -13,7 +13,7 @@ use std::process::Command;
 
 #[test]
 fn lasers_on_gpio_lines_in_the_machine() {
-    run_inside("inside::laser::", &[]);
+    run_inside(&["inside::laser::"], &[]);
 }
 
 #[cfg(feature = "v4l2")]
@@ -21,20 +21,18 @@ fn lasers_on_gpio_lines_in_the_machine() {
 fn v4l2_cameras_in_the_machine() {
     let share = tempfile::tempdir().unwrap();
     let folder = share.path().to_str().unwrap();
-    if run_inside("inside::camera::", &[("PTZCAL_VM_SHARE", folder), ("PTZCAL_VM_MEM", "1024")]) {
+    if run_inside(&["inside::camera::", "inside::scene::"], &[("PTZCAL_VM_SHARE", folder)]) {
         inside::scene::check(share.path());
     }
 }
 
-/// Runs the ignored tests of a module in the machine; false when there is none to be had.
-fn run_inside(module: &str, settings: &[(&str, &str)]) -> bool {
-    let program = std::env::var_os("PTZCAL_RUN_IN_VM").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/vm/run-in-vm"),
-        PathBuf::from,
-    );
+/// Runs the ignored tests of modules in the machine; false when there is none to be had.
+fn run_inside(modules: &[&str], settings: &[(&str, &str)]) -> bool {
+    let program = std::env::var_os("PTZCAL_RUN_IN_VM")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/vm/run-in-vm"), PathBuf::from);
     let skipped = |why: &str| {
         // Past a test runner's capture.
-        let _ = writeln!(std::io::stderr(), "SKIPPED: {module}* needs a virtual machine: {why}");
+        let _ = writeln!(std::io::stderr(), "SKIPPED: {modules:?} need a virtual machine: {why}");
         false
     };
     if !program.is_file() {
@@ -43,7 +41,8 @@ fn run_inside(module: &str, settings: &[(&str, &str)]) -> bool {
     let guard = env!("CARGO_BIN_EXE_ptzcal-laser-guard");
     let output = Command::new(program)
         .arg(std::env::current_exe().unwrap())
-        .args([module, "--ignored", "--nocapture", "--test-threads=1"])
+        .args(modules)
+        .args(["--ignored", "--nocapture", "--test-threads=1"])
         .env("PTZCAL_LASER_GUARD", guard)
         .env("PTZCAL_VM_FILES", guard)
         .env("PTZCAL_VM_TIMEOUT", "180")
@@ -56,7 +55,7 @@ fn run_inside(module: &str, settings: &[(&str, &str)]) -> bool {
     }
     // The figures measured inside.
     print!("{text}");
-    assert!(output.status.success(), "{module}* failed in the machine: {}", output.status);
+    assert!(output.status.success(), "{modules:?} failed in the machine: {}", output.status);
     assert!(!text.contains(" 0 passed"), "no test was run in the machine");
     true
 }

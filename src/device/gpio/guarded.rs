@@ -34,9 +34,8 @@ pub struct Guarded {
 impl Guarded {
     /// Starts the guard and waits until it holds the line, inactive.
     pub fn start(executable: &Path, arguments: &Arguments, log: Log) -> Result<Self> {
-        let refused = |reason: String| Error::LaserRefused {
-            reason: format!("its guard {}: {reason}", executable.display()),
-        };
+        let refused =
+            |reason: String| Error::LaserRefused { reason: format!("its guard {}: {reason}", executable.display()) };
         let (ours, theirs) = UnixStream::pair().map_err(|e| refused(e.to_string()))?;
         ours.set_read_timeout(Some(START)).map_err(|e| refused(e.to_string()))?;
         let mut child = Command::new(executable)
@@ -154,7 +153,8 @@ fn library_path() -> Option<PathBuf> {
     // it points at belongs to the loader and stays while this code does.
     let name = unsafe {
         let mut info: libc::Dl_info = std::mem::zeroed();
-        if libc::dladdr(find_executable as *const () as *const libc::c_void, &mut info) == 0 || info.dli_fname.is_null() {
+        if libc::dladdr(find_executable as *const () as *const libc::c_void, &mut info) == 0 || info.dli_fname.is_null()
+        {
             return None;
         }
         PathBuf::from(std::ffi::OsStr::from_bytes(CStr::from_ptr(info.dli_fname).to_bytes()))

@@ -94,9 +94,10 @@ impl LineId {
 
     /// The error for a request that failed, with the name of whoever holds the line.
     pub fn refused(&self, error: &io::Error) -> Error {
-        let holder = Chip::from_path(&self.chip)
-            .and_then(|chip| chip.line_info(self.offset))
-            .map_or(String::new(), |info| if info.used { format!(", held as {:?}", info.consumer) } else { String::new() });
+        let holder =
+            Chip::from_path(&self.chip).and_then(|chip| chip.line_info(self.offset)).map_or(String::new(), |info| {
+                if info.used { format!(", held as {:?}", info.consumer) } else { String::new() }
+            });
         device_error(&format!("{self}{holder}"), error)
     }
 
@@ -199,6 +200,9 @@ mod tests {
         }
         assert!(matches!(find("gpio:///dev/no-such-chip/laser"), Err(Error::DeviceNotFound { .. })));
         assert!(matches!(find("gpio:///dev/null/laser"), Err(Error::DeviceMismatch { .. })));
-        assert!(matches!(find("gpio:///no-such-label-at-all/laser"), Err(Error::DeviceNotFound { .. } | Error::DevicePermission { .. })));
+        assert!(matches!(
+            find("gpio:///no-such-label-at-all/laser"),
+            Err(Error::DeviceNotFound { .. } | Error::DevicePermission { .. })
+        ));
     }
 }

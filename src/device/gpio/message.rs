@@ -74,8 +74,10 @@ mod tests {
             Outcome::WentOff(String::new()),
             Outcome::Fault(libc::EBUSY),
         ];
-        for message in
-            outcomes.into_iter().map(Message::Outcome).chain([Message::Ready("no /proc".into()), Message::Ready("".into())])
+        for message in outcomes
+            .into_iter()
+            .map(Message::Outcome)
+            .chain([Message::Ready("no /proc".into()), Message::Ready("".into())])
         {
             let mut bytes = Vec::new();
             message.send(&mut bytes).unwrap();

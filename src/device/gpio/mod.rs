@@ -60,7 +60,9 @@ pub fn open(address: &Address, surroundings: &Surroundings) -> Result<Box<dyn La
         ));
     }
     if !guarded {
-        warn("held without a guard process: if this process is killed, stops or hangs, the laser stays as it is".into());
+        warn(
+            "held without a guard process: if this process is killed, stops or hangs, the laser stays as it is".into(),
+        );
     }
     let mut laser = GpioLaser {
         address: address.clone(),
@@ -123,9 +125,7 @@ impl GpioLaser {
             Outcome::On if on => Ok(()),
             Outcome::Off if !on => Ok(()),
             Outcome::Refused(reason) | Outcome::WentOff(reason) => Err(Error::LaserRefused { reason }),
-            Outcome::Fault(errno) => {
-                Err(device_error(&self.line.to_string(), &io::Error::from_raw_os_error(errno)))
-            }
+            Outcome::Fault(errno) => Err(device_error(&self.line.to_string(), &io::Error::from_raw_os_error(errno))),
             other => Err(Error::Device { reason: format!("{}: the guard says {other:?}", self.line) }),
         }
     }
@@ -240,7 +240,9 @@ impl Laser for GpioLaser {
         match went_off {
             Ok(None) => Ok(()),
             Ok(Some(reason)) => {
-                self.surroundings.log.write(LogLevel::Warning, || format!("{}: the laser went off: {reason}", self.line));
+                self.surroundings
+                    .log
+                    .write(LogLevel::Warning, || format!("{}: the laser went off: {reason}", self.line));
                 Err(Error::LaserRefused { reason })
             }
             Err(why) => Err(self.lose(&why)),

@@ -12,7 +12,8 @@ use crate::rig::fake::{Event, Fake, FakeLaser, Fault};
 use crate::rig::laser::LaserControl;
 
 fn control(fake: &Fake) -> LaserControl {
-    LaserControl::new(Box::new(FakeLaser(fake.clone())), Arc::new(fake.clone()), Log::silent(), &LaserLimits::default()).unwrap()
+    LaserControl::new(Box::new(FakeLaser(fake.clone())), Arc::new(fake.clone()), Log::silent(), &LaserLimits::default())
+        .unwrap()
 }
 
 fn limited(fake: &Fake, laser: Box<dyn Laser>, limits: &LaserLimits) -> Result<LaserControl> {
@@ -241,7 +242,9 @@ fn switching_off_is_repeated_and_a_failure_is_loud() {
     let sink = messages.clone();
     let log = Log::to(move |level, message| sink.lock().unwrap().push((level, message.to_owned())));
     let fake = Fake::new();
-    let laser = LaserControl::new(Box::new(FakeLaser(fake.clone())), Arc::new(fake.clone()), log, &LaserLimits::default()).unwrap();
+    let laser =
+        LaserControl::new(Box::new(FakeLaser(fake.clone())), Arc::new(fake.clone()), log, &LaserLimits::default())
+            .unwrap();
 
     let guard = laser.light().unwrap();
     fake.world().stuck_on = 3;
