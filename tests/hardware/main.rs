@@ -26,6 +26,13 @@ fn v4l2_cameras_in_the_machine() {
     }
 }
 
+/// Its device, v4l2loopback, is compiled for the machine once.
+#[cfg(feature = "v4l2")]
+#[test]
+fn motion_jpeg_in_the_machine() {
+    run_inside(&["inside::motion_jpeg::"], &[("PTZCAL_VM_LOOPBACK", "1")]);
+}
+
 /// Runs the ignored tests of modules in the machine; false when there is none to be had.
 fn run_inside(modules: &[&str], settings: &[(&str, &str)]) -> bool {
     let program = std::env::var_os("PTZCAL_RUN_IN_VM")

@@ -94,4 +94,25 @@ mod tests {
         assert!(Message::receive(&mut &b"?\0"[..]).is_err());
         assert!(Message::receive(&mut &b"E\x01x"[..]).is_err());
     }
+
+    #[test]
+    fn fuzz_messages() {
+        use rand_core::{Rng, SeedableRng};
+        let inputs: usize = std::env::var("PTZCAL_FUZZ_INPUTS").ok().and_then(|n| n.parse().ok()).unwrap_or(100_000);
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(8);
+        let mut understood = 0;
+        for _ in 0..inputs {
+            let tags = b"R10NXE?";
+            let mut bytes = [0u8; 40];
+            random.fill_bytes(&mut bytes);
+            bytes[0] = if bytes[0] < 250 { tags[usize::from(bytes[0]) % tags.len()] } else { bytes[0] };
+            bytes[1] %= 48;
+            let length = bytes[2] as usize % bytes.len();
+            let mut rest = &bytes[..length];
+            while !rest.is_empty() && Message::receive(&mut rest).is_ok() {
+                understood += 1;
+            }
+        }
+        assert!(understood > 0);
+    }
 }

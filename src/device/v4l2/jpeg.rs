@@ -5,6 +5,7 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
+use super::jpeg_scan::is_complete;
 use crate::image::{Image, PixelFormat};
 
 /// Markers (ITU-T T.81, table B.1).
@@ -107,6 +108,9 @@ impl Headers {
 }
 
 fn decode_whole(bytes: &[u8], width: u32, height: u32, image: &mut Image) -> Result<(), String> {
+    if is_complete(bytes) == Some(false) {
+        return Err(format!("a part is missing of its {} bytes", bytes.len()));
+    }
     // Strict: otherwise what is missing is filled in grey, and that is taken for a picture.
     let options =
         DecoderOptions::default().set_strict_mode(true).set_max_width(width as usize).set_max_height(height as usize);
@@ -150,6 +154,14 @@ pub(super) mod tests {
         JpegEncoder::new_with_quality(&mut bytes, 90).encode(&pixels, width, height, kind).unwrap();
         bytes
     }
+
+    /// 40x24 frames of libjpeg-turbo: colour at half size with restart markers, at half width as cameras
+    /// have it, and with tables of its own.
+    const OTHER_ENCODERS: [(&str, &[u8]); 3] = [
+        ("restarts", include_bytes!("../../../tests/hardware/frames/restarts.jpg")),
+        ("422", include_bytes!("../../../tests/hardware/frames/422.jpg")),
+        ("optimised", include_bytes!("../../../tests/hardware/frames/optimised.jpg")),
+    ];
 
     /// Without the tables' segments, which are given as well.
     fn stripped(jpeg: &[u8]) -> (Vec<u8>, Vec<u8>) {
@@ -210,11 +222,42 @@ pub(super) mod tests {
     }
 
     #[test]
+    fn whole_frames_of_every_size_are_complete() {
+        for (width, height) in [(1, 1), (8, 8), (9, 17), (16, 16), (33, 15), (640, 480)] {
+            for colour in [true, false] {
+                let jpeg = encoded(width, height, colour);
+                assert_eq!(is_complete(&jpeg), Some(true), "{width} x {height}");
+                // One scan's data byte less, end and all.
+                let short = [&jpeg[..jpeg.len() - 3], &EOI].concat();
+                assert!(is_complete(&short) == Some(false) || jpeg.len() < 1000);
+            }
+        }
+        let mut image = Image::new(PixelFormat::Gray8, 0, 0);
+        for (name, bytes) in OTHER_ENCODERS {
+            assert_eq!(is_complete(bytes), Some(true), "{name}");
+            decode(bytes, 40, 24, &mut image).unwrap();
+            let other = image::load_from_memory(bytes).unwrap();
+            assert_eq!(image.data, other.into_bytes(), "{name}");
+            let short = [&bytes[..bytes.len() - 4], &EOI].concat();
+            assert!(decode(&short, 40, 24, &mut image).is_err(), "{name}");
+        }
+    }
+
+    #[test]
     fn a_frame_cut_anywhere_or_of_another_size_is_refused() {
         let jpeg = encoded(64, 48, true);
         let mut image = Image::new(PixelFormat::Gray8, 0, 0);
         for length in 0..jpeg.len() {
             assert!(decode(&jpeg[..length], 64, 48, &mut image).is_err(), "cut to {length} of {}", jpeg.len());
+        }
+        // Bytes missing within, the end there: a transfer that lost packets.
+        let scan = Headers::read(&jpeg).unwrap().scan + 14;
+        let data = jpeg.len() - 2 - scan;
+        for share in [2, 4, 8] {
+            for start in (0..data - data / share).step_by(7) {
+                let cut = [&jpeg[..scan + start], &jpeg[scan + start + data / share..]].concat();
+                assert!(decode(&cut, 64, 48, &mut image).is_err(), "1/{share} missing from {start} on");
+            }
         }
         let error = decode(&jpeg, 32, 48, &mut image).unwrap_err();
         assert!(!error.is_empty());

@@ -5,6 +5,7 @@
 //! calls damaged, what is too short, and JPEG that is not whole.
 
 mod jpeg;
+mod jpeg_scan;
 mod node;
 mod picture;
 mod ring;
@@ -23,6 +24,8 @@ const OPTIONS: &[&str] = &["size", "format", "fps", "buffers"];
 const DEFAULT_BUFFERS: u32 = 4;
 /// A camera that was lost is looked for at most this often, seconds.
 const REOPEN_PAUSE: f64 = 1.0;
+/// Dropped frames are written to the log at most this often, seconds.
+const REPORT_PAUSE: f64 = 1.0;
 /// Frames' stamps that say when they were complete: exposure and read-out each took at most a frame's
 /// time, so exposure began at most so many frame times earlier.
 const FRAMES_BEFORE_COMPLETE: f64 = 2.0;
@@ -45,7 +48,7 @@ pub fn open(address: &Address, surroundings: &Surroundings) -> Result<Box<dyn Fr
         surroundings: surroundings.clone(),
         stream: None,
         reopen_at: f64::NEG_INFINITY,
-        reported: None,
+        quiet_until: f64::NEG_INFINITY,
     };
     let stream = camera.start()?;
     // After a loss it has to come back as it was.
@@ -85,8 +88,8 @@ struct Camera {
     /// `None` after a loss.
     stream: Option<Stream>,
     reopen_at: f64,
-    /// The fault of the last frame that was dropped: one line in the log for a row of the same.
-    reported: Option<String>,
+    /// Until when no further dropped frame is written to the log.
+    quiet_until: f64,
 }
 
 struct Stream {
@@ -150,15 +153,15 @@ impl Camera {
         match fault {
             Ok(()) => {
                 frame.timestamp = timestamp;
-                self.reported = None;
                 true
             }
             Err(fault) => {
-                if self.reported.as_ref() != Some(&fault) {
+                let now = self.surroundings.clock.now();
+                if now >= self.quiet_until {
+                    self.quiet_until = now + REPORT_PAUSE;
                     self.surroundings
                         .log
                         .write(LogLevel::Warning, || format!("{}: a frame is dropped: {fault}", self.path));
-                    self.reported = Some(fault);
                 }
                 false
             }

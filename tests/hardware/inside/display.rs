@@ -44,13 +44,13 @@ pub fn control(name: &str, value: Value) -> bool {
 
 /// Switches the camera to its webcam (0) or its HDMI input (3).
 pub fn input(mut number: i32) {
-    call(&file(CAMERA), vidioc::VIDIOC_S_INPUT as u64, &mut number).unwrap();
+    call(&file(CAMERA), vidioc::VIDIOC_S_INPUT, &mut number).unwrap();
 }
 
 /// Connects the output device to the camera's HDMI input: 1280x720, 24 frames a second, GREY.
 pub fn connect() {
     let mut hdmi = 1i32;
-    call(&file(DISPLAY), vidioc::VIDIOC_S_OUTPUT as u64, &mut hdmi).unwrap();
+    call(&file(DISPLAY), vidioc::VIDIOC_S_OUTPUT, &mut hdmi).unwrap();
     input(3);
     const S_DV_TIMINGS: u64 = 0xc084_5657;
     for path in [DISPLAY, CAMERA] {
@@ -139,11 +139,11 @@ impl Queue {
         // SAFETY: numbers and unions of such, throughout this function.
         let mut request: v4l2_requestbuffers = unsafe { std::mem::zeroed() };
         (request.count, request.type_, request.memory) = (3, OUTPUT, MAPPED);
-        call(&file, vidioc::VIDIOC_REQBUFS as u64, &mut request).unwrap();
+        call(&file, vidioc::VIDIOC_REQBUFS, &mut request).unwrap();
         let maps = (0..request.count)
             .map(|index| {
                 let mut buffer = description(index);
-                call(&file, vidioc::VIDIOC_QUERYBUF as u64, &mut buffer).unwrap();
+                call(&file, vidioc::VIDIOC_QUERYBUF, &mut buffer).unwrap();
                 let (length, access) = (buffer.length as usize, libc::PROT_READ | libc::PROT_WRITE);
                 // SAFETY: the device's memory, mapped for the rest of the process.
                 unsafe {
@@ -166,17 +166,17 @@ impl Queue {
                 let mut polled = libc::pollfd { fd: self.file.as_raw_fd(), events: libc::POLLOUT, revents: 0 };
                 // SAFETY: one entry that lives as long as the call.
                 unsafe { libc::poll(&mut polled, 1, 1000) };
-                if call(&self.file, vidioc::VIDIOC_DQBUF as u64, &mut buffer).is_err() {
+                if call(&self.file, vidioc::VIDIOC_DQBUF, &mut buffer).is_err() {
                     return;
                 }
             }
         }
         self.maps[buffer.index as usize][..picture.len()].copy_from_slice(picture);
         (buffer.bytesused, buffer.field) = (picture.len() as u32, 1);
-        call(&self.file, vidioc::VIDIOC_QBUF as u64, &mut buffer).unwrap();
+        call(&self.file, vidioc::VIDIOC_QBUF, &mut buffer).unwrap();
         if !self.streams && self.free.is_empty() {
             let mut kind = OUTPUT;
-            call(&self.file, vidioc::VIDIOC_STREAMON as u64, &mut kind).unwrap();
+            call(&self.file, vidioc::VIDIOC_STREAMON, &mut kind).unwrap();
             self.streams = true;
         }
     }

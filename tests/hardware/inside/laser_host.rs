@@ -78,8 +78,11 @@ pub struct Host {
 }
 
 impl Host {
-    pub fn start(role: &str, address: &str, user: Option<u32>) -> Self {
-        use std::os::unix::process::CommandExt;
+    pub fn start(role: &str, address: &str) -> Self {
+        Self::start_with(role, address, |_| {})
+    }
+
+    pub fn start_with(role: &str, address: &str, change: impl FnOnce(&mut Command)) -> Self {
         let mut command = Command::new(std::env::current_exe().unwrap());
         command
             .args(["inside::laser_host::role", "--exact", "--ignored", "--nocapture"])
@@ -87,9 +90,7 @@ impl Host {
             .env("PTZCAL_TEST_ADDRESS", address)
             .stdout(Stdio::piped())
             .stderr(Stdio::null());
-        if let Some(user) = user {
-            command.uid(user);
-        }
+        change(&mut command);
         let mut child = command.spawn().unwrap();
         let output = BufReader::new(child.stdout.take().unwrap());
         Self { child, output }

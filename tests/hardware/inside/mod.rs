@@ -7,4 +7,6 @@ mod display;
 mod laser;
 mod laser_host;
 #[cfg(feature = "v4l2")]
+mod motion_jpeg;
+#[cfg(feature = "v4l2")]
 pub mod scene;
