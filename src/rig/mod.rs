@@ -37,7 +37,7 @@ pub use shot::{Miss, Scan, ScanCounts, ScanEnd, ScanPoint, Shot, Sighting};
 pub use whole::WholeRig;
 
 use crate::control::{Cancel, Clock, Log};
-use crate::device::{Brake, Frame, FrameSource, Laser, PanTiltZoom, PtzCapabilities, PtzPosition};
+use crate::device::{Brake, Frame, FrameSource, Laser, LaserLimits, PanTiltZoom, PtzCapabilities, PtzPosition};
 use crate::error::{Error, Result};
 use crate::geometry::RigModel;
 
@@ -59,11 +59,22 @@ pub struct RigOptions {
     pub frames: FrameOptions,
     /// Longest time that the laser stays on, seconds.
     pub laser_max_on: f64,
+    /// Greatest share of any `laser_duty_window` seconds that the laser is on; 1 is no limit. Scans
+    /// wait when it is used up.
+    pub laser_duty: f64,
+    /// Seconds.
+    pub laser_duty_window: f64,
 }
 
 impl Default for RigOptions {
     fn default() -> Self {
-        Self { settle: SettleOptions::default(), frames: FrameOptions::default(), laser_max_on: laser::DEFAULT_MAX_ON }
+        Self {
+            settle: SettleOptions::default(),
+            frames: FrameOptions::default(),
+            laser_max_on: LaserLimits::DEFAULT_MAX_ON,
+            laser_duty: 1.0,
+            laser_duty_window: LaserLimits::DEFAULT_WINDOW,
+        }
     }
 }
 
@@ -95,7 +106,9 @@ impl Rig {
     pub fn open(parts: RigParts, options: RigOptions) -> Result<Self> {
         let RigParts { model, ptz, laser, frames, clock, log } = parts;
         // First of all, whatever else may be wrong.
-        let laser = LaserControl::new(laser, clock.clone(), log.clone(), options.laser_max_on)?;
+        let limits =
+            LaserLimits { max_on: options.laser_max_on, duty: options.laser_duty, window: options.laser_duty_window };
+        let laser = LaserControl::new(laser, clock.clone(), log.clone(), &limits)?;
         model.validate()?;
         model.head_camera(0.0, 0.0).check_lens()?;
         options.settle.validate()?;
