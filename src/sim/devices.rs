@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::Shared;
 use super::world::{CameraId, World};
 use crate::control::Clock;
-use crate::device::{Frame, FrameSource, Laser, Motion, PanTiltZoom, PtzCapabilities, PtzPosition, PtzVelocity};
+use crate::device::{Brake, Frame, FrameSource, Laser, Motion, PanTiltZoom, PtzCapabilities, PtzPosition, PtzVelocity};
 use crate::error::{Error, Result};
 
 const PAN_RANGE: [f64; 2] = [-100.0, 100.0];
@@ -103,6 +103,10 @@ impl PanTiltZoom for SimPtz {
         Ok(if moving { Motion::Moving } else { Motion::Idle })
     }
 
+    fn brake(&self) -> Option<Arc<dyn Brake>> {
+        Some(Arc::new(SimBrake(self.0.clone())))
+    }
+
     fn stop(&mut self) -> Result<()> {
         let mut world = self.0.call_ptz()?;
         let now = world.now;
@@ -126,6 +130,14 @@ fn go(world: &mut World, target: [f64; 2]) -> Result<()> {
     let (now, speed) = (world.now, world.options.speed);
     world.move_head(now, target, [speed; 2]);
     Ok(())
+}
+
+struct SimBrake(Arc<Shared>);
+
+impl Brake for SimBrake {
+    fn stop(&self) -> Result<()> {
+        SimPtz(self.0.clone()).stop()
+    }
 }
 
 impl Laser for SimLaser {
