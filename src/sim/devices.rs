@@ -115,6 +115,14 @@ impl PanTiltZoom for SimPtz {
     }
 }
 
+struct SimBrake(Arc<Shared>);
+
+impl Brake for SimBrake {
+    fn stop(&self) -> Result<()> {
+        SimPtz(self.0.clone()).stop()
+    }
+}
+
 /// Starts a move to angles that the head can reach.
 fn go(world: &mut World, target: [f64; 2]) -> Result<()> {
     for ((name, degrees), angle) in [("pan", PAN_RANGE), ("tilt", TILT_RANGE)].into_iter().zip(target) {
@@ -130,14 +138,6 @@ fn go(world: &mut World, target: [f64; 2]) -> Result<()> {
     let (now, speed) = (world.now, world.options.speed);
     world.move_head(now, target, [speed; 2]);
     Ok(())
-}
-
-struct SimBrake(Arc<Shared>);
-
-impl Brake for SimBrake {
-    fn stop(&self) -> Result<()> {
-        SimPtz(self.0.clone()).stop()
-    }
 }
 
 impl Laser for SimLaser {
