@@ -162,7 +162,7 @@ pub unsafe extern "C" fn ptzcal_head_open(
         let ptz = match (&s.ptz, s.address.as_deref()) {
             (Some(ptz), _) => Box::new(ptz.clone()),
             (None, Some(address)) if ["sim:", "folder:"].iter().any(|whole| address.starts_with(whole)) => {
-                WholeRig::open(address)?.ptz()
+                WholeRig::open_to_drive(address)?.ptz(s.log.clone())?
             }
             (None, Some(address)) => open_ptz(&Address::parse(address)?, &around)?,
             (None, None) => return Err(Error::invalid("options", "no head: set an address or the callbacks")),

@@ -94,7 +94,7 @@ pub unsafe extern "C" fn ptzcal_rig_open(
             ptz: match (&s.ptz, at(&s.ptz_address)?, whole) {
                 (Some(ptz), _, _) => Box::new(ptz.clone()),
                 (None, Some(address), _) => open_ptz(&address, &around)?,
-                (None, None, Some(whole)) => whole.ptz(),
+                (None, None, Some(whole)) => whole.ptz(s.log.clone())?,
                 (None, None, None) => return Err(missing("head")),
             },
             frames: match (&s.frames, at(&s.frames_address)?, whole) {

@@ -362,6 +362,39 @@ pub unsafe extern "C" fn ptzcal_scan_options_set_coarse_shots(
     })
 }
 
+/// Sets how long a device that is gone (unplugged, switched off) is waited for; the drivers of the
+/// library open theirs again when it is back. The laser is off meanwhile.
+///
+/// @param options The options.
+/// @param seconds 0 to 86400; the default is 0: the scan ends at once, and its journal keeps what it
+///                has.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_scan_options_set_reconnect(
+    options: *mut ptzcal_scan_options,
+    seconds: f64,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        if !(0.0..=86_400.0).contains(&number(seconds, "seconds")?) {
+            return Err(Error::invalid("seconds", format!("{seconds} is not in 0 to 86400")));
+        }
+        // SAFETY: the caller keeps the header's rules for pointers.
+        unsafe {
+            ptzcal_scan_options::change(options, |o| {
+                o.options.reconnect = seconds;
+                Ok(())
+            })
+        }
+    })
+}
+
 /// Sets how spots are found; region and band of the spot options are set by the scan.
 ///
 /// @param options The options.

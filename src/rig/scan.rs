@@ -32,6 +32,9 @@ pub struct ScanOptions {
     pub coarse_shots: u32,
     /// How often a position is tried when a device fails.
     pub attempts: u32,
+    /// How long a device that is gone (unplugged, switched off) is waited for, seconds. Drivers of the
+    /// library open their device again; 0: the scan ends at once.
+    pub reconnect: f64,
     /// From a toggle's return until the light has changed, seconds.
     pub laser_latency: f64,
     /// How spots are found; region and band are set by the scan.
@@ -54,6 +57,7 @@ impl Default for ScanOptions {
             frames_per_state: 1,
             coarse_shots: 80,
             attempts: 3,
+            reconnect: 0.0,
             laser_latency: 0.0,
             spot: SpotOptions::default(),
             gate: GateOptions::default(),
@@ -63,6 +67,14 @@ impl Default for ScanOptions {
             cancel: Cancel::new(),
         }
     }
+}
+
+/// Between two looks for a lost device, seconds.
+const RECONNECT_PAUSE: f64 = 1.0;
+
+/// Is a device gone that may come back?
+fn is_lost(error: &Error) -> bool {
+    matches!(error, Error::DeviceLost { .. } | Error::DeviceNotFound { .. })
 }
 
 /// A calibration is not tried again with fewer than twice as many shots.
@@ -78,6 +90,9 @@ impl ScanOptions {
         }
         if self.attempts == 0 {
             return Err(Error::invalid("attempts", "at least 1"));
+        }
+        if !(0.0..=86_400.0).contains(&self.reconnect) {
+            return Err(Error::invalid("reconnect", format!("{} s is not in [0, 86400]", self.reconnect)));
         }
         if !(0.0..=10.0).contains(&self.laser_latency) {
             return Err(Error::invalid("laser_latency", format!("{} s is not in [0, 10]", self.laser_latency)));
@@ -275,10 +290,10 @@ impl Scanner<'_> {
         })
     }
 
-    /// Takes a shot, again when a device fails and may recover. Between attempts the laser is off and
-    /// the head stands.
+    /// Takes a shot, again when a device fails and may recover, and when a lost one comes back. Between
+    /// attempts the laser is off and the head stands, where it can be told to.
     fn take(&mut self, index: u32) -> Result<Shot> {
-        let mut attempt = 1;
+        let (mut attempt, mut lost_since) = (1, None);
         loop {
             self.options.cancel.check()?;
             self.rig.laser.check_emergency()?;
@@ -286,14 +301,38 @@ impl Scanner<'_> {
                 Ok(shot) => return Ok(shot),
                 Err(error) => error,
             };
-            let may_recover = matches!(error, Error::Device { .. } | Error::DeviceTimeout { .. });
             let stopped = self.rig.stop();
+            if self.options.reconnect > 0.0 && is_lost(&error) && self.rig.laser.fault().is_none() {
+                let now = self.rig.clock.now();
+                let since = *lost_since.get_or_insert(now);
+                if now - since < self.options.reconnect {
+                    self.rig.log.write(LogLevel::Warning, || format!("position {index}: {error}; waiting for it"));
+                    self.pause(RECONNECT_PAUSE)?;
+                    continue;
+                }
+            }
+            let may_recover = matches!(
+                error,
+                Error::Device { .. }
+                    | Error::DeviceTimeout { .. }
+                    | Error::DeviceGarbled { .. }
+                    | Error::DeviceRefused { .. }
+            );
             if attempt == self.options.attempts || !may_recover || stopped.is_err() {
                 return Err(error);
             }
             self.rig.log.write(LogLevel::Warning, || format!("position {index}, attempt {attempt}: {error}"));
             attempt += 1;
         }
+    }
+
+    /// Lets time pass, and hears a cancel meanwhile.
+    fn pause(&self, seconds: f64) -> Result<()> {
+        for _ in 0..10 {
+            self.options.cancel.check()?;
+            self.rig.clock.sleep(0.1 * seconds);
+        }
+        Ok(())
     }
 
     fn try_shot(&mut self, index: u32) -> Result<Shot> {
@@ -303,6 +342,7 @@ impl Scanner<'_> {
         if self.scan.shots.first().is_some_and(|first| (first.zoom - position.zoom).abs() > 1e-3) {
             return Err(Error::Device { reason: "the zoom has changed: the rig's model does not hold".into() });
         }
+        self.rig.laser.wait_until_allowed(&self.options.cancel)?;
         self.exposures.take_off(self.rig, self.fixed, &self.options.cancel)?;
         let light = self.rig.laser.light()?;
         let time = self.rig.clock.now();

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::ScanRegion;
-use crate::control::Clock;
+use crate::control::{Clock, Log};
 use crate::device::recording::Recording;
 use crate::device::{Address, FrameSource, Laser, PanTiltZoom};
 use crate::error::{Error, Result};
@@ -26,7 +26,7 @@ impl WholeRig {
     /// that is not of a whole rig; what [`Recording::open`] says.
     pub fn open(address: &str) -> Result<Self> {
         if address.starts_with("sim:") {
-            return SimOptions::parse(address).and_then(Simulator::new).map(Self::Simulated);
+            return Self::simulated(SimOptions::parse(address)?);
         }
         let parsed = Address::parse(address)?;
         match parsed.scheme() {
@@ -43,6 +43,20 @@ impl WholeRig {
         }
     }
 
+    /// The head of a whole rig to be driven by hand: a simulator's time is then the system's.
+    pub fn open_to_drive(address: &str) -> Result<Self> {
+        if !address.starts_with("sim:") {
+            return Self::open(address);
+        }
+        let options = SimOptions::parse(address)?;
+        let real_time = if options.real_time > 0.0 { options.real_time } else { 1.0 };
+        Self::simulated(SimOptions { real_time, ..options })
+    }
+
+    fn simulated(options: SimOptions) -> Result<Self> {
+        Simulator::new(options).map(Self::Simulated)
+    }
+
     /// The nominal model, or the one that was recorded.
     pub fn model(&self) -> RigModel {
         match self {
@@ -51,10 +65,11 @@ impl WholeRig {
         }
     }
 
-    pub fn ptz(&self) -> Box<dyn PanTiltZoom> {
+    /// The head; a simulated one may be a VISCA camera behind its bytes.
+    pub fn ptz(&self, log: Log) -> Result<Box<dyn PanTiltZoom>> {
         match self {
-            Self::Simulated(simulator) => Box::new(simulator.ptz()),
-            Self::Recorded(recording) => Box::new(recording.ptz()),
+            Self::Simulated(simulator) => simulator.open_ptz(log),
+            Self::Recorded(recording) => Ok(Box::new(recording.ptz())),
         }
     }
 

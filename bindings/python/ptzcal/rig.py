@@ -304,6 +304,7 @@ class Rig:
         journal: Optional[_native.Path] = None,
         journal_sync: bool = True,
         recording: Optional[_native.Path] = None,
+        reconnect: float = 0.0,
         progress: Optional[Callable[[Progress], Any]] = None,
         cancel: Optional[Cancel] = None,
     ) -> Scan:
@@ -314,6 +315,7 @@ class Rig:
         coarse_shots: positions of the first pass. spot: how spots are found. journal: a file from
         which a scan that was killed goes on; journal_sync waits for the disk at each shot.
         recording: a folder for all frames, to be opened as "folder:///path" and scanned again.
+        reconnect: how long an unplugged device is waited for, seconds.
         progress: progress(Progress) after each shot; a true result stops the scan.
 
         A scan that ends early (stopped, cancelled, a device failed) still returns what it measured:
@@ -331,6 +333,7 @@ class Rig:
             journal=journal,
             journal_sync=journal_sync,
             recording=recording,
+            reconnect=reconnect,
             cancel=cancel,
         )
         with self._open() as pointer:

@@ -147,6 +147,7 @@ class ScanOptions(Handle):
         journal: Optional[_native.Path],
         journal_sync: bool,
         recording: Optional[_native.Path],
+        reconnect: float,
         cancel: Optional[Cancel],
     ) -> None:
         self._make(lib.ptzcal_scan_options_new)
@@ -164,6 +165,7 @@ class ScanOptions(Handle):
             self._set("gate", *astuple(gate))
         if journal is not None:
             self._set("journal", _native.path(journal), bool(journal_sync))
+        self._set("reconnect", reconnect)
         if recording is not None:
             self._set("recording", _native.path(recording))
         self._set("cancel", pointer_of(cancel))
