@@ -113,7 +113,7 @@ impl ViscaHead {
 
     /// Opens the line again where that is needed, and makes sure that it is still this camera.
     fn ready(&mut self) -> Result<()> {
-        self.session.listen()?;
+        self.session.begin_call()?;
         let stops = self.session.bus().outlet().stops(self.session.address());
         if std::mem::replace(&mut self.stops, stops) != stops {
             self.driving = false;

@@ -51,7 +51,9 @@ pub struct Session {
     model: &'static Model,
     address: u8,
     generation: u64,
+    /// Stops whose replies have been taken in, and those before the present call.
     stops: u64,
+    stops_before: u64,
     jobs: Jobs,
     /// Answers of another form than the model's, during this call.
     unclear: u32,
@@ -68,6 +70,7 @@ impl Session {
         bus.take_address(address)?;
         Ok(Self {
             stops: bus.outlet().stops(address),
+            stops_before: bus.outlet().stops(address),
             bus,
             clock,
             log,
@@ -130,8 +133,9 @@ impl Session {
         self.perform(&request).map(drop)
     }
 
-    /// Takes in what has arrived.
-    pub fn listen(&mut self) -> Result<()> {
+    /// Begins a call: takes in what has arrived. A stop from now on ends the call's moves.
+    pub fn begin_call(&mut self) -> Result<()> {
+        self.stops_before = self.bus.outlet().stops(self.address);
         let (bus, clock) = (self.bus.clone(), self.clock.clone());
         let mut turn = bus.turn(&*clock)?;
         self.catch_up(&mut turn)?;
@@ -158,15 +162,12 @@ impl Session {
         let kind = kind_of(&request.encode(self.model, self.address));
         self.catch_up(&mut turn)?;
         loop {
+            self.give_way(request)?;
             let outcome = self.attempt(&mut turn, request)?;
             if matches!(outcome, Outcome::Answered(_) | Outcome::Accepted) && !self.understood.contains(&kind) {
                 self.understood.push(kind);
             }
-            if moves(request) && bus.outlet().stops(self.address) != self.stops {
-                // The order of the two on the line is unknown: the stop wins.
-                bus.outlet().stop(self.model, self.address)?;
-                return Err(Error::Cancelled);
-            }
+            self.give_way(request)?;
             match outcome {
                 // Or is it a reply to the stop?
                 Outcome::Refused(_) if bus.outlet().stops(self.address) != self.stops => self.catch_up(&mut turn)?,
@@ -217,6 +218,16 @@ impl Session {
                 return Err(self.silence(&turn, start, garbage));
             }
         }
+    }
+
+    /// A stop that came from elsewhere during this call wins, whatever their order on the line was.
+    fn give_way(&self, request: &Request) -> Result<()> {
+        let outlet = self.bus.outlet();
+        if !moves(request) || outlet.stops(self.address) == self.stops_before {
+            return Ok(());
+        }
+        outlet.stop(self.model, self.address)?;
+        Err(Error::Cancelled)
     }
 
     /// What happened since the last turn: the cameras were made to forget, or the head was stopped.
