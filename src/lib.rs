@@ -5,7 +5,8 @@
 //!
 //! ```text
 //! capi                               the C API: translates and checks, computes nothing
-//! ptz  rig  rig_calibration  rgbd    workflows: drive; aim and scan; calibrate the rig; colour and depth
+//! ptz  rig  rig_calibration  rgbd    workflows: drive; aim and scan; calibrate the rig; colour and depth;
+//! angle_learning  probe              learn what a head's numbers mean; find out what a device does
 //! detect  calibrate  adjust  pose    algorithms: pure functions of their input
 //! device  sim                        the ports (traits) and what implements them
 //! geometry  image  draw  format      foundations: pure data, maths, pictures and files
@@ -18,6 +19,7 @@
 #![deny(unsafe_code)]
 
 pub mod adjust;
+pub mod angle_learning;
 pub mod calibrate;
 #[doc(hidden)]
 pub mod capi;
@@ -32,6 +34,7 @@ mod fuzz;
 pub mod geometry;
 pub mod image;
 pub mod pose;
+pub mod probe;
 pub mod ptz;
 pub mod rgbd;
 pub mod rig;

@@ -3,7 +3,6 @@
 //! Python is `PYTHON` or python3. NumPy comes with it, or pip puts it into target/python-venv; where
 //! neither is to be had the tests are skipped, and say so.
 
-use std::env;
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};

@@ -232,6 +232,57 @@ fn moves_end_when_everything_goes_wrong() {
     }
 }
 
+/// Three heads on one line, all at work, while replies come under wrong addresses and the chain is
+/// set up again and again: none takes another's replies for its own.
+#[test]
+fn heads_on_one_chain_do_not_disturb_each_other() {
+    const ROUNDS: u32 = 1000;
+    let models = [&Model::EVI_D100, &Model::EVI_D70, &Model::EVI_D30];
+    let clock = Arc::new(VirtualClock::default());
+    let options = EmulatorOptions { models: models.to_vec(), ..EmulatorOptions::default() };
+    let device = ViscaDevice::new(&options, clock.clone()).unwrap();
+    let far = device.clone();
+    let bus = Bus::new("chain", Transport::Serial, Box::new(move || far.link()));
+    let surroundings = Surroundings { clock: clock.clone(), log: Log::silent(), credentials: None };
+    let mut heads = [1, 2, 3].map(|address| ViscaHead::open(bus.clone(), address, None, &surroundings).unwrap());
+    let kinds = [FaultKind::WrongAddress, FaultKind::Duplicate, FaultKind::Delay, FaultKind::Lose];
+    let mut faults = kinds.map(|kind| Fault::new(kind, When::Chance(0.01))).to_vec();
+    faults.push(Fault::new(FaultKind::NetworkChange, When::Chance(0.001)));
+    device.emulator().set_faults(&faults).unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let mut arrived = 0;
+    for _ in 0..ROUNDS {
+        let mut targets = [[0.0; 2]; 3];
+        let mut ends = [const { Ok(Motion::Moving) }; 3];
+        for (head, (target, end)) in heads.iter_mut().zip(targets.iter_mut().zip(&mut ends)) {
+            *target = [0.8, 0.4].map(|most| most * (f64::from(rng.next_u32()) / f64::from(u32::MAX) - 0.5));
+            *end = head.move_absolute(target[0], target[1]).map(|()| Motion::Moving);
+        }
+        let start = clock.now();
+        while ends.contains(&Ok(Motion::Moving)) {
+            assert!(clock.now() - start < PATIENCE);
+            clock.sleep(0.05);
+            for (head, end) in heads.iter_mut().zip(&mut ends).filter(|(_, end)| **end == Ok(Motion::Moving)) {
+                *end = head.motion();
+            }
+        }
+        for (i, (end, target)) in ends.into_iter().zip(targets).enumerate() {
+            match end {
+                Ok(Motion::Idle) => {
+                    let [pan, tilt] = device.emulator().position(i, clock.now()).unwrap();
+                    let at = [models[i].pan.to_radians(pan), models[i].tilt.to_radians(tilt)];
+                    assert!((0..2).all(|k| (at[k] - target[k]).abs() < TOLERANCE.to_radians()), "{at:?} {target:?}");
+                    arrived += 1;
+                }
+                Ok(Motion::Failed) => (),
+                other => panic!("head {i}: {other:?}"),
+            }
+        }
+    }
+    // A set-up stops all three.
+    assert!(arrived > 3 * ROUNDS * 90 / 100, "{arrived}");
+}
+
 fn wait(head: &mut dyn PanTiltZoom) -> Motion {
     let start = Instant::now();
     loop {

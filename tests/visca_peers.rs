@@ -8,8 +8,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use grafton_visca::CompileTimeProfile;
-use grafton_visca::blocking::{CameraConfig, Session};
-use grafton_visca::camera::profiles::{SonyBRC300, SonyEVIH100};
+use grafton_visca::blocking::{CameraConfig, Connect, Session};
+use grafton_visca::camera::profiles::{PtzOpticsG2, SonyBRC300, SonyEVIH100};
 use grafton_visca::transport::serial::Startup;
 use grafton_visca::types::{SpeedLevel, ZoomPosition};
 use grafton_visca::units::Degrees;
@@ -65,7 +65,8 @@ fn grafton_visca_drives_an_evi_h100() {
     let session = grafton::<SonyEVIH100>(&path);
     let camera = session.camera::<SonyEVIH100>().unwrap();
     let version = camera.system().version().unwrap();
-    assert_eq!((version.model, version.max_socket), (Model::EVI_H100.ids[0], 2));
+    // Sony's, an EVI-H100V.
+    assert_eq!((version.vendor, version.model, version.max_socket), (0x0001, 0x050e, 2));
     let at = camera.pan_tilt().position().unwrap();
     assert_eq!((at.pan, at.tilt), (0, 0));
     camera.pan_tilt().absolute(Degrees(20.0), Degrees(-10.0), SpeedLevel::Fast).unwrap().settled().unwrap();
@@ -99,6 +100,33 @@ fn grafton_visca_drives_a_brc_300() {
     // 170 degrees, 493D for 90) say 208.33.
     assert_eq!(at, [-2080, 2496]);
     session.close().unwrap();
+}
+
+/// Commands of the clones, over TCP and UDP without a header.
+#[test]
+fn grafton_visca_drives_a_ptzoptics_over_the_network() {
+    let device = device(&Model::PTZOPTICS, 0.0);
+    let mut builder = ServerBuilder::new(&device);
+    let any: SocketAddr = "127.0.0.1:0".parse().unwrap();
+    let (tcp, udp) = (builder.raw_tcp(any).unwrap(), builder.raw_udp(any).unwrap());
+    let _server = builder.start().unwrap();
+    let sessions = [
+        Connect::open_tcp::<PtzOpticsG2>(tcp.to_string()).unwrap(),
+        Connect::open_udp::<PtzOpticsG2>(udp.to_string()).unwrap(),
+    ];
+    for (session, sign) in sessions.into_iter().zip([1.0, -1.0]) {
+        let camera = session.camera();
+        assert!(camera.power().state().unwrap());
+        let (pan, tilt) = (Degrees(-30.0 * sign), Degrees(12.0 + sign));
+        camera.pan_tilt().absolute(pan, tilt, SpeedLevel::Fast).unwrap().settled().unwrap();
+        let at = camera.pan_tilt().position().unwrap();
+        // 14.4 units are a degree.
+        assert_eq!(position(&device), [(-432.0 * sign) as i32, if sign > 0.0 { 187 } else { 158 }]);
+        assert_eq!(position(&device), [at.pan, at.tilt]);
+        camera.zoom().set_position(ZoomPosition::new(0x1800).unwrap()).unwrap().settled().unwrap();
+        assert_eq!(camera.zoom().position().unwrap().value(), 0x1800);
+        session.close().unwrap();
+    }
 }
 
 /// The Python clients' environment.

@@ -40,8 +40,14 @@ pub fn open_ptz(address: &Address, surroundings: &Surroundings) -> Result<Box<dy
 ///
 /// # Errors
 /// As [`open_ptz`].
-pub fn open_laser(address: &Address, _surroundings: &Surroundings) -> Result<Box<dyn Laser>> {
-    Err(unknown(address, "a laser"))
+pub fn open_laser(address: &Address, surroundings: &Surroundings) -> Result<Box<dyn Laser>> {
+    match address.scheme() {
+        #[cfg(target_os = "linux")]
+        "gpio" => super::gpio::open(address, surroundings),
+        #[cfg(not(target_os = "linux"))]
+        "gpio" => Err(Error::Unsupported { what: "gpio:// addresses, but on Linux".into() }),
+        _ => Err(unknown(address, "a laser")),
+    }
 }
 
 /// Opens a camera's frames.
@@ -52,6 +58,14 @@ pub fn open_frames(address: &Address, surroundings: &Surroundings) -> Result<Box
     match address.scheme() {
         "onvif" => Ok(Box::new(onvif::open_frames(address, surroundings)?)),
         "onvifs" | "onvif+https" => Err(onvif::encrypted()),
+        #[cfg(all(target_os = "linux", feature = "v4l2"))]
+        "v4l2" => super::v4l2::open(address, surroundings),
+        #[cfg(not(all(target_os = "linux", feature = "v4l2")))]
+        "v4l2" => Err(Error::Unsupported {
+            what: "v4l2:// addresses in this build: it was made without the cargo feature v4l2 (needs Linux, and libclang \
+                   to build)"
+                .into(),
+        }),
         _ => Err(unknown(address, "frames")),
     }
 }

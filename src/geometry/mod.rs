@@ -1,5 +1,6 @@
 //! Rotations and rigid transforms, cameras and lenses, lines, planes, homographies: pure maths.
 
+pub mod angle_map;
 pub mod camera;
 pub mod chi_square;
 pub mod distortion;
@@ -14,6 +15,7 @@ pub mod rigid;
 pub mod spline;
 pub mod zoom_curve;
 
+pub use angle_map::AngleMap;
 pub use camera::{Camera, Intrinsics};
 pub use distortion::Distortion;
 pub use inverse_depth::InverseDepthPoint;

@@ -93,6 +93,64 @@ pub fn monotone(places: &[f64], values: &[f64], x: f64) -> (f64, Vec<f64>) {
     (at(values), by)
 }
 
+/// The monotone interpolation of values that ascend or descend strictly, and its inverse.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MonotoneSpline {
+    places: Vec<f64>,
+    values: Vec<f64>,
+    slopes: Vec<f64>,
+}
+
+impl MonotoneSpline {
+    /// `places` ascend strictly, two at least.
+    pub fn new(places: Vec<f64>, values: Vec<f64>) -> Self {
+        let slopes = limited(&places, &values);
+        Self { places, values, slopes }
+    }
+
+    pub fn at(&self, x: f64) -> f64 {
+        hermite(&self.places, &self.values, &self.slopes, x)
+    }
+
+    /// Its derivative.
+    pub fn slope(&self, x: f64) -> f64 {
+        let i = interval(&self.places, x);
+        let h = self.places[i + 1] - self.places[i];
+        let t = (x - self.places[i]) / h;
+        let d = (self.values[i + 1] - self.values[i]) / h;
+        let (left, right) = (self.slopes[i], self.slopes[i + 1]);
+        6.0 * t * (1.0 - t) * d + (1.0 - t) * (1.0 - 3.0 * t) * left + t * (3.0 * t - 2.0) * right
+    }
+
+    /// The place of a value between the first and the last: Newton's method in a bracket that is halved
+    /// where a step leaves it.
+    pub fn place(&self, value: f64) -> f64 {
+        let n = self.values.len();
+        let up = self.values[n - 1] > self.values[0];
+        let before = |v: f64| if up { v <= value } else { v >= value };
+        let i = self.values.partition_point(|v| before(*v)).clamp(1, n - 1) - 1;
+        let (mut low, mut high) = (self.places[i], self.places[i + 1]);
+        let mut x = low + (high - low) * (value - self.values[i]) / (self.values[i + 1] - self.values[i]);
+        for _ in 0..100 {
+            let off = self.at(x) - value;
+            if (off <= 0.0) == up {
+                low = x;
+            } else {
+                high = x;
+            }
+            let mut next = x - off / self.slope(x);
+            if !(next > low && next < high) {
+                next = 0.5 * (low + high);
+            }
+            if off == 0.0 || (next - x).abs() <= f64::EPSILON * x.abs().max(high - low) {
+                return if off == 0.0 { x } else { next };
+            }
+            x = next;
+        }
+        x
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -144,6 +202,26 @@ mod tests {
             up[k] += h;
             let slope = (monotone(&places, &up, x).0 - monotone(&places, &values, x).0) / h;
             assert!((slope - by[k]).abs() < 1e-3, "{k}: {slope} {}", by[k]);
+        }
+    }
+
+    #[test]
+    fn the_inverse_gives_back_every_place() {
+        for sign in [1.0, -1.0] {
+            let places = vec![-1.0, -0.4, 0.1, 0.2, 0.9, 1.0];
+            let values = vec![-3.0, -0.5, 0.0, 0.01, 2.0, 2.4].into_iter().map(|v| sign * v).collect();
+            let spline = MonotoneSpline::new(places.clone(), values);
+            for k in 0..=2000 {
+                let x = -1.0 + f64::from(k) * 1e-3;
+                let back = spline.place(spline.at(x));
+                // Where the curve is flat a value says less of its place.
+                let blur = 1e-15 / spline.slope(x).abs().max(1e-9);
+                assert!((back - x).abs() < 1e-13 + 8.0 * blur, "{x}: {back}");
+                if places.iter().all(|p| (p - x).abs() > 1e-5) {
+                    let slope = (spline.at(x + 1e-6) - spline.at(x - 1e-6)) / 2e-6;
+                    assert!((slope - spline.slope(x)).abs() < 1e-5, "{x}: {slope} {}", spline.slope(x));
+                }
+            }
         }
     }
 }

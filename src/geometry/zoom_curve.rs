@@ -367,7 +367,7 @@ fn check_nodes(size: [u32; 2], nodes: &[ZoomNode]) -> Result<()> {
     Ok(())
 }
 
-fn check_covariance(c: &DMatrix<f64>, size: usize) -> Result<()> {
+pub(super) fn check_covariance(c: &DMatrix<f64>, size: usize) -> Result<()> {
     if c.shape() != (size, size) {
         let reason = format!("{} x {}, {size} x {size} expected", c.nrows(), c.ncols());
         return Err(Error::invalid("covariance", reason));

@@ -22,7 +22,7 @@ impl Default for FrameOptions {
 }
 
 impl FrameOptions {
-    pub(super) fn validate(&self) -> Result<()> {
+    pub(crate) fn validate(&self) -> Result<()> {
         if !(self.timeout > 0.0 && self.timeout <= 3600.0) {
             return Err(Error::invalid("frames.timeout", format!("{} s is not in (0, 3600]", self.timeout)));
         }
@@ -37,7 +37,7 @@ const MAX_CALLS: usize = 1000;
 
 /// Which frames will do.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum After {
+pub(crate) enum After {
     /// Exposure began at this moment or later.
     Moment(f64),
     /// The one after the frame with this timestamp (NaN: whatever comes next).
@@ -45,14 +45,14 @@ pub(super) enum After {
 }
 
 /// One camera of a workflow.
-pub(super) struct CameraPort<'a> {
+pub(crate) struct CameraPort<'a> {
     pub source: &'a mut dyn FrameSource,
     pub name: &'static str,
     pub width: u32,
     pub height: u32,
 }
 
-pub(super) struct Grabber<'a> {
+pub(crate) struct Grabber<'a> {
     pub clock: &'a dyn Clock,
     pub cancel: &'a Cancel,
     pub options: FrameOptions,

@@ -12,11 +12,12 @@ pub mod frames;
 pub mod gate;
 pub mod journal;
 pub mod laser;
+mod moves;
 pub mod region;
 pub mod scan;
 pub mod settle;
 pub mod shot;
-mod stillness;
+pub(crate) mod stillness;
 pub mod whole;
 
 use std::sync::Arc;
@@ -36,7 +37,7 @@ pub use shot::{Miss, Scan, ScanCounts, ScanEnd, ScanPoint, Shot, Sighting};
 pub use whole::WholeRig;
 
 use crate::control::{Cancel, Clock, Log};
-use crate::device::{Brake, Frame, FrameSource, Laser, PanTiltZoom, PtzCapabilities, PtzPosition};
+use crate::device::{Brake, Frame, FrameSource, Laser, LaserLimits, PanTiltZoom, PtzCapabilities, PtzPosition};
 use crate::error::{Error, Result};
 use crate::geometry::RigModel;
 
@@ -58,11 +59,22 @@ pub struct RigOptions {
     pub frames: FrameOptions,
     /// Longest time that the laser stays on, seconds.
     pub laser_max_on: f64,
+    /// Greatest share of any `laser_duty_window` seconds that the laser is on; 1 is no limit. Scans
+    /// wait when it is used up.
+    pub laser_duty: f64,
+    /// Seconds.
+    pub laser_duty_window: f64,
 }
 
 impl Default for RigOptions {
     fn default() -> Self {
-        Self { settle: SettleOptions::default(), frames: FrameOptions::default(), laser_max_on: laser::DEFAULT_MAX_ON }
+        Self {
+            settle: SettleOptions::default(),
+            frames: FrameOptions::default(),
+            laser_max_on: LaserLimits::DEFAULT_MAX_ON,
+            laser_duty: 1.0,
+            laser_duty_window: LaserLimits::DEFAULT_WINDOW,
+        }
     }
 }
 
@@ -94,7 +106,9 @@ impl Rig {
     pub fn open(parts: RigParts, options: RigOptions) -> Result<Self> {
         let RigParts { model, ptz, laser, frames, clock, log } = parts;
         // First of all, whatever else may be wrong.
-        let laser = LaserControl::new(laser, clock.clone(), log.clone(), options.laser_max_on)?;
+        let limits =
+            LaserLimits { max_on: options.laser_max_on, duty: options.laser_duty, window: options.laser_duty_window };
+        let laser = LaserControl::new(laser, clock.clone(), log.clone(), &limits)?;
         model.validate()?;
         model.head_camera(0.0, 0.0).check_lens()?;
         options.settle.validate()?;
@@ -138,12 +152,7 @@ impl Rig {
     /// Where the head is, as the device reads it.
     pub fn position(&mut self) -> Result<PtzPosition> {
         self.laser.enforce()?;
-        let position = self.ptz.position()?;
-        let values = [position.pan, position.tilt, position.zoom];
-        if values.iter().any(|v| !v.is_finite()) {
-            return Err(Error::Device { reason: format!("the head reports the position {values:?}") });
-        }
-        Ok(position)
+        settle::read_position(&mut *self.ptz)
     }
 
     /// Stops the head and switches the laser off. Works in every state and waits for nothing.
@@ -248,7 +257,14 @@ pub(crate) fn check_reach(capabilities: &PtzCapabilities, pan: f64, tilt: f64) -
 }
 
 fn check_capabilities(capabilities: &PtzCapabilities) -> Result<()> {
-    let PtzCapabilities { pan_range, tilt_range, pan_step, tilt_step, .. } = *capabilities;
+    let PtzCapabilities { pan_range, tilt_range, pan_step, tilt_step, raw_units, .. } = *capabilities;
+    if raw_units {
+        return Err(Error::Unsupported {
+            what: "a head whose pan and tilt are numbers without known angles: learn its angle map and open the rig \
+                   with a MappedPtz"
+                .into(),
+        });
+    }
     let ordered = |range: [f64; 2]| range.iter().all(|v| v.is_finite()) && range[0] <= range[1];
     let step = |v: f64| (0.0..1.0).contains(&v);
     if ordered(pan_range) && ordered(tilt_range) && step(pan_step) && step(tilt_step) {

@@ -342,6 +342,7 @@ impl Scanner<'_> {
         if self.scan.shots.first().is_some_and(|first| (first.zoom - position.zoom).abs() > 1e-3) {
             return Err(Error::Device { reason: "the zoom has changed: the rig's model does not hold".into() });
         }
+        self.rig.laser.wait_until_allowed(&self.options.cancel)?;
         self.exposures.take_off(self.rig, self.fixed, &self.options.cancel)?;
         let light = self.rig.laser.light()?;
         let time = self.rig.clock.now();

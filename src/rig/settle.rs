@@ -1,4 +1,5 @@
-//! Moving the head and knowing when it stands still.
+//! Moving a head and knowing when it stands still. [`Mover`] needs no rig: a head, the camera on it
+//! and a clock will do.
 //!
 //! A move is finished when the device says so (where it does), AND its position has been the same
 //! for several readings within a step of the target, AND two consecutive frames, exposed after
@@ -6,10 +7,10 @@
 
 use nalgebra::Vector2;
 
-use super::frames::{After, CameraPort, Grabber};
-use super::{Rig, check_reach, stillness};
-use crate::control::{Cancel, LogLevel};
-use crate::device::{Motion, PtzPosition};
+use super::frames::{After, CameraPort, FrameOptions, Grabber};
+use super::stillness;
+use crate::control::{Cancel, Clock, Log, LogLevel};
+use crate::device::{Frame, FrameSource, Motion, PanTiltZoom, PtzCapabilities, PtzPosition};
 use crate::error::{Error, Result};
 
 /// When a move counts as finished, and how a target is approached.
@@ -56,7 +57,7 @@ impl Default for SettleOptions {
 }
 
 impl SettleOptions {
-    pub(super) fn validate(&self) -> Result<()> {
+    pub(crate) fn validate(&self) -> Result<()> {
         let positive = [
             ("settle.poll_interval", self.poll_interval),
             ("settle.move_timeout", self.move_timeout),
@@ -84,6 +85,16 @@ impl SettleOptions {
         }
         Ok(())
     }
+
+    /// Accepted distances from a target in pan and tilt, radians.
+    pub(crate) fn tolerances(&self, capabilities: &PtzCapabilities) -> [f64; 2] {
+        [capabilities.pan_step, capabilities.tilt_step].map(|step| match self.tolerance {
+            // A whisker more than a step, for the rounding of the target to it.
+            0.0 if step > 0.0 => step * 1.01,
+            0.0 => DEFAULT_TOLERANCE,
+            tolerance => tolerance,
+        })
+    }
 }
 
 /// Accepted distance from the target when neither the options nor the device tell, radians.
@@ -98,38 +109,45 @@ struct Steady {
     readings: u32,
 }
 
-impl Rig {
-    /// Moves the head to the given readings and waits until it stands still there. The laser is off
-    /// before the head starts.
-    ///
-    /// # Errors
-    /// `NotFinite`, `Unreachable` (with the range); `Cancelled`; `DeviceTimeout` and `Device` when
-    /// it does not arrive. After an error in a move the head was told to stop.
-    pub fn move_to(&mut self, pan: f64, tilt: f64, cancel: &Cancel) -> Result<PtzPosition> {
-        check_reach(&self.capabilities, pan, tilt)?;
-        cancel.check()?;
-        self.lit = None;
-        self.laser.begin_move()?;
-        let moved = self.approach(Vector2::new(pan, tilt), cancel);
-        match &moved {
-            Ok(_) => self.laser.end_move(),
-            Err(_) => {
-                self.approached = false;
-                // The first error is the one to report.
-                let _ = self.stop();
-            }
-        }
-        moved
-    }
+/// A head and the camera on it while it is moved. All that is said in radians is in the device's raw
+/// units for a head without known angles.
+pub(crate) struct Mover<'a> {
+    pub ptz: &'a mut dyn PanTiltZoom,
+    pub capabilities: &'a PtzCapabilities,
+    pub frames: &'a mut dyn FrameSource,
+    /// Width and height of the camera's frames.
+    pub size: [u32; 2],
+    pub clock: &'a dyn Clock,
+    pub log: &'a Log,
+    pub settle: SettleOptions,
+    pub frame_options: FrameOptions,
+    /// The head came to where it is from lower pan and tilt.
+    pub approached: &'a mut bool,
+    /// The last two frames of a settled head.
+    pub pictures: &'a mut [Frame; 2],
+}
 
-    fn approach(&mut self, target: Vector2<f64>, cancel: &Cancel) -> Result<PtzPosition> {
+/// Where the head is, as the device reads it.
+pub(crate) fn read_position(ptz: &mut dyn PanTiltZoom) -> Result<PtzPosition> {
+    let position = ptz.position()?;
+    let values = [position.pan, position.tilt, position.zoom];
+    if values.iter().any(|v| !v.is_finite()) {
+        return Err(Error::Device { reason: format!("the head reports the position {values:?}") });
+    }
+    Ok(position)
+}
+
+impl Mover<'_> {
+    /// Goes to the target from lower pan and tilt and waits until it stands there. On an error the head
+    /// may still be moving.
+    pub fn approach(&mut self, target: Vector2<f64>, cancel: &Cancel) -> Result<PtzPosition> {
         let [pan_tolerance, tilt_tolerance] = self.tolerances();
-        let overshoot = self.options.settle.overshoot;
+        let overshoot = self.settle.overshoot;
         if overshoot > 0.0 {
-            let from = self.position()?;
+            let from = read_position(self.ptz)?;
             let beyond = from.pan > target.x + pan_tolerance || from.tilt > target.y + tilt_tolerance;
-            if beyond || !self.approached {
-                let c = &self.capabilities;
+            if beyond || !*self.approached {
+                let c = self.capabilities;
                 let via = Vector2::new(
                     (target.x - overshoot).max(c.pan_range[0]),
                     (target.y - overshoot).max(c.tilt_range[0]),
@@ -139,8 +157,8 @@ impl Rig {
             }
         }
         self.go(target)?;
-        let position = self.settle(target, cancel)?;
-        self.approached = true;
+        let position = self.settled(target, cancel)?;
+        *self.approached = true;
         Ok(position)
     }
 
@@ -148,20 +166,13 @@ impl Rig {
         self.ptz.move_absolute(target.x, target.y)
     }
 
-    /// Accepted distances from a target in pan and tilt, radians.
-    pub(super) fn tolerances(&self) -> [f64; 2] {
-        let c = &self.capabilities;
-        [c.pan_step, c.tilt_step].map(|step| match self.options.settle.tolerance {
-            // A whisker more than a step, for the rounding of the target to it.
-            0.0 if step > 0.0 => step * 1.01,
-            0.0 => DEFAULT_TOLERANCE,
-            tolerance => tolerance,
-        })
+    fn tolerances(&self) -> [f64; 2] {
+        self.settle.tolerances(self.capabilities)
     }
 
     /// Waits for arrival and for a picture that stands still.
-    fn settle(&mut self, target: Vector2<f64>, cancel: &Cancel) -> Result<PtzPosition> {
-        let timeout = self.options.settle.picture_timeout;
+    fn settled(&mut self, target: Vector2<f64>, cancel: &Cancel) -> Result<PtzPosition> {
+        let timeout = self.settle.picture_timeout;
         let mut looking_since = None;
         loop {
             let position = self.arrive(target, cancel)?;
@@ -188,23 +199,19 @@ impl Rig {
     /// Takes two frames from now on into `pictures`; the shift between them when they differ.
     fn look(&mut self, cancel: &Cancel) -> Result<Option<f64>> {
         let now = self.clock.now();
-        let grabber = Grabber { clock: &*self.clock, cancel, options: self.options.frames };
-        let mut port = CameraPort {
-            source: &mut *self.frames,
-            name: "head camera",
-            width: self.model.width,
-            height: self.model.height,
-        };
-        let [first, second] = &mut self.pictures;
+        let grabber = Grabber { clock: self.clock, cancel, options: self.frame_options };
+        let mut port =
+            CameraPort { source: &mut *self.frames, name: "head camera", width: self.size[0], height: self.size[1] };
+        let [first, second] = &mut *self.pictures;
         grabber.grab(&mut port, After::Moment(now), None, first)?;
         grabber.grab(&mut port, After::Frame(first.timestamp), None, second)?;
-        stillness::shift_between(&first.image.view()?, &second.image.view()?, self.options.settle.picture_shift)
+        stillness::shift_between(&first.image.view()?, &second.image.view()?, self.settle.picture_shift)
     }
 
     /// Waits until the device reports to stand within a step of the target; sends it there again
     /// when it stands elsewhere.
     fn arrive(&mut self, target: Vector2<f64>, cancel: &Cancel) -> Result<PtzPosition> {
-        let options = self.options.settle;
+        let options = self.settle;
         let [pan_tolerance, tilt_tolerance] = self.tolerances();
         let start = self.clock.now();
         let mut steady: Option<Steady> = None;
@@ -247,8 +254,8 @@ impl Rig {
     }
 
     /// Does the head stand still, wherever it is?
-    pub(super) fn stands_still(&mut self) -> Result<bool> {
-        let options = self.options.settle;
+    pub fn stands_still(&mut self) -> Result<bool> {
+        let options = self.settle;
         let start = self.clock.now();
         let mut steady = None;
         for _ in 0..self.most_polls(STANDSTILL_TIMEOUT) {
@@ -272,7 +279,7 @@ impl Rig {
 
     /// Takes one more reading; a reading that differs starts the count anew.
     fn observe<'a>(&mut self, steady: &'a mut Option<Steady>) -> Result<&'a Steady> {
-        let position = self.position()?;
+        let position = read_position(self.ptz)?;
         let now = self.clock.now();
         let [pan_tolerance, tilt_tolerance] = self.tolerances().map(|t| 0.5 * t);
         let same = |s: &Steady| {
@@ -288,6 +295,6 @@ impl Rig {
 
     /// Bound on the turns of a polling loop, should the clock stand still.
     fn most_polls(&self, timeout: f64) -> u64 {
-        (timeout / self.options.settle.poll_interval).min(1e6) as u64 + 100
+        (timeout / self.settle.poll_interval).min(1e6) as u64 + 100
     }
 }

@@ -22,7 +22,7 @@ const TILES: usize = 4;
 ///
 /// # Errors
 /// `InvalidArgument` when sizes or formats differ.
-pub(super) fn shift_between(a: &ImageView<'_>, b: &ImageView<'_>, max_shift: f64) -> Result<Option<f64>> {
+pub(crate) fn shift_between(a: &ImageView<'_>, b: &ImageView<'_>, max_shift: f64) -> Result<Option<f64>> {
     if (a.width(), a.height(), a.format()) != (b.width(), b.height(), b.format()) {
         return Err(Error::invalid("frame", "consecutive frames differ in size or format"));
     }

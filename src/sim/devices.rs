@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use super::Shared;
-use super::world::CameraId;
+use super::world::{CameraId, World};
 use crate::control::Clock;
 use crate::device::{Brake, Frame, FrameSource, Laser, Motion, PanTiltZoom, PtzCapabilities, PtzPosition, PtzVelocity};
 use crate::error::{Error, Result};
@@ -37,34 +37,57 @@ fn radians(range: [f64; 2]) -> [f64; 2] {
 
 impl PanTiltZoom for SimPtz {
     fn capabilities(&self) -> PtzCapabilities {
-        let step = self.0.world().options.step;
+        let (step, speed) = {
+            let options = &self.0.world().options;
+            (options.step, options.speed)
+        };
         PtzCapabilities {
             pan_range: radians(PAN_RANGE),
             tilt_range: radians(TILT_RANGE),
             pan_step: step,
             tilt_step: step,
-            max_speed: [self.0.world().options.speed; 2],
+            max_speed: [speed; 2],
             reports_motion: true,
             reports_position: true,
             has_drive: true,
+            has_relative: true,
+            has_home: true,
             ..PtzCapabilities::default()
         }
     }
 
     fn move_absolute(&mut self, pan: f64, tilt: f64) -> Result<()> {
         let mut world = self.0.call_ptz()?;
-        for (name, angle, degrees) in [("pan", pan, PAN_RANGE), ("tilt", tilt, TILT_RANGE)] {
-            let [low, high] = radians(degrees);
-            if !angle.is_finite() {
-                return Err(Error::invalid(name, format!("{angle} is no angle")));
-            }
-            if angle < low || angle > high {
-                let reason = format!("{name} {:.2} deg is not within {degrees:?} deg", angle.to_degrees());
-                return Err(Error::Unreachable { reason });
-            }
+        go(&mut world, [pan, tilt])
+    }
+
+    fn move_relative(&mut self, pan: f64, tilt: f64) -> Result<()> {
+        let mut world = self.0.call_ptz()?;
+        let [from_pan, from_tilt] = world.motion.reading(world.now);
+        go(&mut world, [from_pan + pan, from_tilt + tilt])
+    }
+
+    fn home(&mut self) -> Result<()> {
+        self.move_absolute(0.0, 0.0)
+    }
+
+    /// Drives as far as the head goes. The lens is fixed.
+    fn drive(&mut self, velocity: PtzVelocity, timeout: f64) -> Result<()> {
+        let mut world = self.0.call_ptz()?;
+        let PtzVelocity { pan, tilt, zoom } = velocity;
+        if !(pan.is_finite() && tilt.is_finite()) || timeout.is_nan() {
+            return Err(Error::invalid("velocity", format!("{velocity:?} for {timeout} s")));
         }
-        let (now, speed) = (world.now, world.options.speed);
-        world.move_head(now, [pan, tilt], [speed; 2]);
+        if zoom != 0.0 {
+            return Err(Error::Unsupported { what: "zoom by the simulator".into() });
+        }
+        let (now, limit) = (world.now, world.options.speed);
+        let end = |speed: f64, range| radians(range)[usize::from(speed > 0.0)];
+        let target = [end(pan, PAN_RANGE), end(tilt, TILT_RANGE)];
+        world.move_head(now, target, [pan, tilt].map(|speed| speed.abs().min(limit)));
+        if timeout.is_finite() {
+            world.motion.stop(now + timeout.max(0.0));
+        }
         Ok(())
     }
 
@@ -78,22 +101,6 @@ impl PanTiltZoom for SimPtz {
         let world = self.0.call_ptz()?;
         let moving = world.motion.moving(world.now) && !world.faults.ptz_lies;
         Ok(if moving { Motion::Moving } else { Motion::Idle })
-    }
-
-    /// As a move to the limits.
-    fn drive(&mut self, velocity: PtzVelocity, _timeout: f64) -> Result<()> {
-        let mut world = self.0.call_ptz()?;
-        let (now, most) = (world.now, world.options.speed);
-        let at = world.motion.reading(now);
-        let way = |speed: f64, at: f64, range: [f64; 2]| match speed {
-            s if s > 0.0 => (radians(range)[1], s.min(most)),
-            s if s < 0.0 => (radians(range)[0], (-s).min(most)),
-            _ => (at, most),
-        };
-        let (pan, pan_speed) = way(velocity.pan, at[0], PAN_RANGE);
-        let (tilt, tilt_speed) = way(velocity.tilt, at[1], TILT_RANGE);
-        world.move_head(now, [pan, tilt], [pan_speed, tilt_speed]);
-        Ok(())
     }
 
     fn brake(&self) -> Option<Arc<dyn Brake>> {
@@ -114,6 +121,23 @@ impl Brake for SimBrake {
     fn stop(&self) -> Result<()> {
         SimPtz(self.0.clone()).stop()
     }
+}
+
+/// Starts a move to angles that the head can reach.
+fn go(world: &mut World, target: [f64; 2]) -> Result<()> {
+    for ((name, degrees), angle) in [("pan", PAN_RANGE), ("tilt", TILT_RANGE)].into_iter().zip(target) {
+        let [low, high] = radians(degrees);
+        if !angle.is_finite() {
+            return Err(Error::invalid(name, format!("{angle} is no angle")));
+        }
+        if angle < low || angle > high {
+            let reason = format!("{name} {:.2} deg is not within {degrees:?} deg", angle.to_degrees());
+            return Err(Error::Unreachable { reason });
+        }
+    }
+    let (now, speed) = (world.now, world.options.speed);
+    world.move_head(now, target, [speed; 2]);
+    Ok(())
 }
 
 impl Laser for SimLaser {

@@ -187,18 +187,50 @@ static void moves(void)
   CHECK(isnan(e.pan[3]) && e.count == 5);
 }
 
-static void identities(void)
+/* The simulated head, by itself and as a VISCA camera behind its bytes; its time is the system's. */
+static void simulated(const char *address, const char *protocol)
 {
   ptzcal_head_options *options;
   ptzcal_head *head;
+  ptzcal_head_capabilities capabilities;
+  uint64_t number, again;
+  double pan, later, tilt, began;
   char text[64];
   size_t needed = 99;
   CHECK_OK(ptzcal_head_options_new(&options, NULL));
-  CHECK_OK(ptzcal_head_options_set_address(options, "sim:room", NULL));
+  CHECK_OK(ptzcal_head_options_set_address(options, address, NULL));
   CHECK_OK(ptzcal_head_open(options, &head, NULL));
-  CHECK_OK(ptzcal_head_copy_identity(head, PTZCAL_IDENTITY_MODEL, text, sizeof text, &needed, NULL));
-  CHECK(needed <= sizeof text);
+  CHECK_OK(ptzcal_head_copy_identity(head, PTZCAL_IDENTITY_PROTOCOL, text, sizeof text, &needed, NULL));
+  CHECK(needed == strlen(protocol) && memcmp(text, protocol, needed) == 0);
+  if (needed) CHECK_STATUS(PTZCAL_STATUS_BUFFER_TOO_SMALL, ptzcal_head_copy_identity(head, PTZCAL_IDENTITY_PROTOCOL, text, 1, &needed, NULL));
   CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, ptzcal_head_copy_identity(head, 9, text, sizeof text, &needed, NULL));
+  CHECK_OK(ptzcal_head_capabilities_init(&capabilities, sizeof capabilities));
+  CHECK_OK(ptzcal_head_get_capabilities(head, &capabilities, NULL));
+  CHECK(capabilities.has_drive == 1 && capabilities.pan_speed > 0.0);
+
+  /* A drive that is renewed goes on, and stops by itself when it is not. */
+  began = seconds();
+  CHECK_OK(ptzcal_head_drive(head, 0.2, 0.0, 0.0, 0.5, &number, NULL));
+  while (seconds() - began < 0.8) {
+    struct timespec pause = {0, 100000000};
+    nanosleep(&pause, NULL);
+    CHECK_OK(ptzcal_head_drive(head, 0.2, 0.0, 0.0, 0.5, &again, NULL));
+    CHECK(again == number);
+  }
+  CHECK(ended(head, number, NULL) == PTZCAL_MOVE_END_DEAD_MAN);
+  CHECK(seconds() - began >= 1.2);
+  CHECK_OK(ptzcal_head_position(head, &pan, &tilt, NULL, NULL));
+  CHECK(pan > 0.1);
+  CHECK_OK(ptzcal_head_position(head, &later, &tilt, NULL, NULL));
+  CHECK(pan == later);
+  CHECK_OK(ptzcal_head_drive(head, -0.1, 0.1, 0.0, 10.0, &number, NULL));
+  CHECK_OK(ptzcal_head_stop(head, NULL));
+  CHECK(ended(head, number, NULL) == PTZCAL_MOVE_END_STOPPED);
+  CHECK_OK(ptzcal_head_drive(head, 0.1, 0.0, 0.0, 10.0, &number, NULL));
+  CHECK_OK(ptzcal_head_drive(head, 0.0, 0.0, 0.0, 10.0, NULL, NULL));
+  CHECK(ended(head, number, NULL) == PTZCAL_MOVE_END_STOPPED);
+  CHECK_OK(ptzcal_head_move(head, 0.1, 0.05, &number, NULL));
+  CHECK(ended(head, number, NULL) == PTZCAL_MOVE_END_ARRIVED);
   CHECK_OK(ptzcal_head_close(head, NULL));
   ptzcal_head_options_free(options);
   CHECK_OK(ptzcal_head_close(NULL, NULL));
@@ -242,7 +274,8 @@ static void addresses(void)
 int main(void)
 {
   moves();
-  identities();
+  simulated("sim:room", "");
+  simulated("sim:room?visca=evi-d100", "VISCA");
   addresses();
   return 0;
 }

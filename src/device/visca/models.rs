@@ -134,11 +134,12 @@ impl Model {
         ..Self::EVI_D70
     };
 
-    /// Its model number is from a list of third-party software; its manual was not at hand.
+    /// The H100V and H100S. Their manual was not at hand; numbers and positions are those that
+    /// grafton-visca quotes from it.
     pub const EVI_H100: Self = Self {
         name: "evi-h100",
         title: "EVI-H100",
-        ids: &[0x0514],
+        ids: &[0x050e, 0x050f],
         pan: Axis { speeds: Speeds::Geometric { slowest: 2.0, fastest: 300.0, codes: 0x18 }, ..Self::EVI_D80.pan },
         tilt: Axis { speeds: Speeds::Geometric { slowest: 2.0, fastest: 125.0, codes: 0x17 }, ..Self::EVI_D80.tilt },
         ..Self::EVI_D80

@@ -25,7 +25,7 @@ const STOP_WAIT: f64 = 1.5;
 /// Replies to a stop that nobody waited for: silence that ends them, and at most, seconds.
 const HUSH: f64 = 0.15;
 const LONGEST_HUSH: f64 = 0.6;
-/// No call takes longer than this and one more try, seconds.
+/// No request takes longer than this and one more try, whatever goes wrong, seconds.
 pub const LONGEST_CALL: f64 = 10.0;
 /// Replies during one try.
 const MAX_REPLIES: usize = 100;
@@ -306,8 +306,8 @@ impl Session {
                 let Some(incoming) = turn.receive(self.address, until)? else { break };
                 match incoming {
                     Incoming::Control(Control::BadSequence, of) if of == number && transmission > 0 => {
-                        // It came through, and its reply was lost.
-                        if request.is_inquiry() {
+                        // It came through, and its reply was lost; or a stop has overtaken it.
+                        if request.is_inquiry() || self.bus.outlet().stops(self.address) != self.stops {
                             return Ok(Outcome::Silent);
                         }
                         self.begin(request, None);

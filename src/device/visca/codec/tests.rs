@@ -3,18 +3,14 @@ use rand_core::{Rng, SeedableRng};
 
 use super::*;
 use crate::device::visca::models::Model;
-
-/// Number of inputs of a `fuzz_` test.
-fn fuzz_inputs() -> u64 {
-    std::env::var("PTZCAL_FUZZ_INPUTS").ok().and_then(|n| n.parse().ok()).unwrap_or(100_000)
-}
+use crate::fuzz::fuzz_inputs;
 
 fn rng() -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(5)
 }
 
 fn below(rng: &mut ChaCha8Rng, n: u32) -> u32 {
-    (u64::from(rng.next_u32()) * u64::from(n) >> 32) as u32
+    ((u64::from(rng.next_u32()) * u64::from(n)) >> 32) as u32
 }
 
 fn within(rng: &mut ChaCha8Rng, low: i32, high: i32) -> i32 {

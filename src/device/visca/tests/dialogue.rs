@@ -283,13 +283,12 @@ fn a_brake_does_not_wait_for_the_driver() {
 fn fuzz_dialogue() {
     use rand_chacha::ChaCha8Rng;
     use rand_core::{Rng, SeedableRng};
-    let inputs = std::env::var("PTZCAL_FUZZ_INPUTS").ok().and_then(|n| n.parse().ok()).unwrap_or(100_000u64);
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let transports = [Transport::Serial, Transport::Stream, Transport::Datagrams, Transport::OverIp];
     let mut head = None;
     let mut camera = serial(&Model::EVI_D100);
     // An input is one call with several damaged replies.
-    for n in 0..inputs / 20 {
+    for n in 0..crate::fuzz::fuzz_inputs() / 20 {
         if n % 50 == 0 {
             head = None;
             let model = Model::ALL[(n / 50) as usize % Model::ALL.len()];
