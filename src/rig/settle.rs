@@ -144,9 +144,12 @@ impl Mover<'_> {
         let [pan_tolerance, tilt_tolerance] = self.tolerances();
         let overshoot = self.settle.overshoot;
         if overshoot > 0.0 {
-            let from = read_position(self.ptz)?;
-            let beyond = from.pan > target.x + pan_tolerance || from.tilt > target.y + tilt_tolerance;
-            if beyond || !*self.approached {
+            // A device that does not tell its position has none to give before its first move.
+            let beyond = !*self.approached || {
+                let from = read_position(self.ptz)?;
+                from.pan > target.x + pan_tolerance || from.tilt > target.y + tilt_tolerance
+            };
+            if beyond {
                 let c = self.capabilities;
                 let via = Vector2::new(
                     (target.x - overshoot).max(c.pan_range[0]),
