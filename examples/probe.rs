@@ -13,9 +13,7 @@
 use std::process::ExitCode;
 
 use ptzcal::control::{Cancel, Log};
-use ptzcal::device::{
-    Address, Credentials, FrameSource, Laser, PanTiltZoom, Surroundings, open_frames, open_ptz,
-};
+use ptzcal::device::{Address, Credentials, FrameSource, Laser, PanTiltZoom, Surroundings, open_frames, open_ptz};
 use ptzcal::geometry::Camera;
 use ptzcal::probe::{ProbeOptions, ProbeParts, ProbeReport, probe};
 use ptzcal::sim::{SimOptions, Simulator};
@@ -64,10 +62,14 @@ fn run(arguments: &[String]) -> ptzcal::Result<ProbeReport> {
             },
         }
     }
-    let usage = || ptzcal::Error::invalid("arguments", "probe HEAD-ADDRESS [FRAMES-ADDRESS] [--limits] [--laser] [--amplitude=0.1]");
+    let usage = || {
+        ptzcal::Error::invalid(
+            "arguments",
+            "probe HEAD-ADDRESS [FRAMES-ADDRESS] [--limits] [--laser] [--amplitude=0.1]",
+        )
+    };
     let head = addresses.first().ok_or_else(usage)?;
-    let mut devices =
-        if head.starts_with("sim:") { simulated(head)? } else { real(head, addresses.get(1).copied())? };
+    let mut devices = if head.starts_with("sim:") { simulated(head)? } else { real(head, addresses.get(1).copied())? };
     let parts = ProbeParts {
         head: &mut *devices.head,
         frames: devices.frames.as_mut().map(|f| &mut **f as &mut dyn FrameSource),

@@ -108,8 +108,6 @@ pub struct Solution {
     pub mounting_sigma: [f64; 3],
     /// Of the mean inverse depth.
     pub mean_sigma: f64,
-    /// Scale of the errors' distribution for a sight of sigma 1, px.
-    pub noise: f64,
     /// px, of every sight, track after track.
     pub residuals: Vec<Vec<Vector2<f64>>>,
 }
@@ -145,16 +143,16 @@ struct Pose {
 impl State {
     pub fn new(mounting: Mounting, angles: Vec<[f64; 2]>, problem: &Problem<'_>) -> Self {
         let prior = &problem.prior;
-        let mut state =
-            Self {
-                mounting,
-                levers: prior.levers,
-                mean: prior.inverse_depth,
-                means: vec![prior.inverse_depth; angles.len()],
-                angles,
-                points: vec![],
-            };
-        state.points = problem.tracks.iter().map(|track| (state.direction(track, problem.camera), prior.inverse_depth)).collect();
+        let mut state = Self {
+            mounting,
+            levers: prior.levers,
+            mean: prior.inverse_depth,
+            means: vec![prior.inverse_depth; angles.len()],
+            angles,
+            points: vec![],
+        };
+        state.points =
+            problem.tracks.iter().map(|track| (state.direction(track, problem.camera), prior.inverse_depth)).collect();
         state
     }
 
@@ -262,7 +260,10 @@ impl Problem<'_> {
                 }
             }
             if !done && last > NEARLY && round + 1 == ROUNDS {
-                return Err(Error::NoConvergence { iterations: MAX_ITERATIONS, detail: "of the frames' angles".into() });
+                return Err(Error::NoConvergence {
+                    iterations: MAX_ITERATIONS,
+                    detail: "of the frames' angles".into(),
+                });
             }
             noise = self.noise(&state, noise);
         }
@@ -378,7 +379,8 @@ impl Problem<'_> {
                 by_direction.column(1).into_owned(),
                 seen.by_weight,
             ]);
-            let local: [usize; POSE] = std::array::from_fn(|k| if k < COMMON { k } else { COMMON + 2 * i + k - COMMON });
+            let local: [usize; POSE] =
+                std::array::from_fn(|k| if k < COMMON { k } else { COMMON + 2 * i + k - COMMON });
             let hh = by_pose.transpose() * by_pose * weight;
             let hr = by_pose.transpose() * residual * weight;
             let hx = by_pose.transpose() * by_point * weight;
@@ -432,7 +434,7 @@ impl Problem<'_> {
         let linear = self.linearise(&state, noise);
         let n = linear.gradient.len();
         let open = || Error::degenerate(Degeneracy::IllConditioned, "the matches do not tie all frames together");
-        let reduced = linear.reduced(0.0).ok_or_else(open)?.0;
+        let reduced = linear.reduced(0.0).ok_or_else(open)?.hessian;
         let scale: Vec<f64> = (0..n).map(|i| reduced[(i, i)].max(1e-300).sqrt().recip()).collect();
         let scaled = DMatrix::from_fn(n, n, |i, j| reduced[(i, j)] * scale[i] * scale[j]);
         let inverse = Cholesky::new(scaled).ok_or_else(open)?.inverse();
@@ -446,15 +448,16 @@ impl Problem<'_> {
         }
         let poses = self.cameras(&state);
         let far = Vector2::repeat(f64::from(self.camera.width));
-        let residuals = self.tracks.iter().enumerate().map(|(p, track)| {
-            track.iter().map(|s| self.residual(&state, &poses, p, s).unwrap_or(far)).collect()
-        });
+        let residuals = self
+            .tracks
+            .iter()
+            .enumerate()
+            .map(|(p, track)| track.iter().map(|s| self.residual(&state, &poses, p, s).unwrap_or(far)).collect());
         Ok(Solution {
             residuals: residuals.collect(),
             covariance,
             mounting_sigma: std::array::from_fn(|i| entry(i, i).max(0.0).sqrt()),
             mean_sigma: entry(MEAN, MEAN).max(0.0).sqrt(),
-            noise,
             state,
         })
     }
@@ -477,6 +480,12 @@ impl PointBlock {
     }
 }
 
+struct Reduced {
+    hessian: DMatrix<f64>,
+    gradient: DVector<f64>,
+    inverses: Vec<Matrix3<f64>>,
+}
+
 struct Linear {
     hessian: DMatrix<f64>,
     gradient: DVector<f64>,
@@ -488,7 +497,7 @@ struct Linear {
 
 impl Linear {
     /// Normal equations without the points (Schur complement), and the points' damped inverses.
-    fn reduced(&self, damping: f64) -> Option<(DMatrix<f64>, DVector<f64>, Vec<Matrix3<f64>>)> {
+    fn reduced(&self, damping: f64) -> Option<Reduced> {
         let (mut hessian, mut gradient) = (self.hessian.clone(), self.gradient.clone());
         for i in 0..hessian.nrows() {
             hessian[(i, i)] *= 1.0 + damping;
@@ -508,17 +517,16 @@ impl Linear {
                 let row = taken.row(a);
                 gradient[i] -= row[0] * p.right[0] + row[1] * p.right[1] + row[2] * p.right[2];
                 for (b, &j) in p.columns.iter().enumerate() {
-                    hessian[(i, j)] -=
-                        row[0] * p.cross[(b, 0)] + row[1] * p.cross[(b, 1)] + row[2] * p.cross[(b, 2)];
+                    hessian[(i, j)] -= row[0] * p.cross[(b, 0)] + row[1] * p.cross[(b, 1)] + row[2] * p.cross[(b, 2)];
                 }
             }
             inverses.push(inverse);
         }
-        Some((hessian, gradient, inverses))
+        Some(Reduced { hessian, gradient, inverses })
     }
 
     fn step(&self, damping: f64) -> Option<(DVector<f64>, Vec<Vector3<f64>>)> {
-        let (hessian, gradient, inverses) = self.reduced(damping)?;
+        let Reduced { hessian, gradient, inverses } = self.reduced(damping)?;
         let n = gradient.len();
         let scale = DVector::from_fn(n, |i, _| hessian[(i, i)].max(1e-300).sqrt().recip());
         let scaled = DMatrix::from_fn(n, n, |i, j| hessian[(i, j)] * scale[i] * scale[j]);

@@ -27,9 +27,9 @@ use nalgebra::{DMatrix, DVector, Vector2};
 
 use crate::control::Cancel;
 use crate::error::{Degeneracy, Error, Result};
-use crate::geometry::angle_map::{AngleMap, AxisMap, MAX_NODES, Mounting};
 use crate::format::{AngleMapRecord, LearningRecord};
 use crate::geometry::Camera;
+use crate::geometry::angle_map::{AngleMap, AxisMap, MAX_NODES, Mounting};
 use crate::rig::{FrameOptions, SettleOptions};
 use bundle::{DepthPrior, Problem, Solution};
 use pairs::Pair;
@@ -81,7 +81,11 @@ impl Default for AngleLearningOptions {
 impl AngleLearningOptions {
     fn validate(&self) -> Result<()> {
         let within = |name, value: f64, [low, high]: [f64; 2]| {
-            if value >= low && value <= high { Ok(()) } else { Err(Error::invalid(name, format!("{value} is not in [{low}, {high}]"))) }
+            if value >= low && value <= high {
+                Ok(())
+            } else {
+                Err(Error::invalid(name, format!("{value} is not in [{low}, {high}]")))
+            }
         };
         within("step", self.step, [0.05, 0.6])?;
         within("scene", self.scene[0], [0.1, 1e6])?;
@@ -187,7 +191,12 @@ pub struct AngleViews {
 /// loosely, or only with a parallax that contradicts the options; `NoConsensus` when
 /// the residuals are too large for a camera that turns about two axes; `Ambiguous` when an axis's angle
 /// turns back.
-pub fn solve(views: &AngleViews, camera: &Camera, options: &AngleLearningOptions, cancel: &Cancel) -> Result<LearnedAngles> {
+pub fn solve(
+    views: &AngleViews,
+    camera: &Camera,
+    options: &AngleLearningOptions,
+    cancel: &Cancel,
+) -> Result<LearnedAngles> {
     options.validate()?;
     camera.validate()?;
     check(views)?;
@@ -228,7 +237,10 @@ fn check(views: &AngleViews) -> Result<()> {
     for (index, track) in views.tracks.iter().enumerate() {
         let good = |s: &Sight| s.frame < n && s.pixel.iter().all(|v| v.is_finite()) && s.sigma > 0.0 && s.sigma < 1e6;
         if track.len() < 2 || !track.iter().all(good) {
-            return Err(Error::invalid("tracks", format!("track {index} is not two or more sights by frames that exist")));
+            return Err(Error::invalid(
+                "tracks",
+                format!("track {index} is not two or more sights by frames that exist"),
+            ));
         }
         track.iter().for_each(|s| seen[s.frame] += 1);
     }
@@ -370,8 +382,14 @@ fn trimmed(squares: &mut [f64]) -> f64 {
 /// Points that several frames see, from matches of pairs: features that are matched, directly or by way of
 /// others, are one point. `frames[k]`: the new number of frame k, if it is used.
 fn tracks(features: &[pairs::Features], pairs: &[Pair], frames: &[Option<usize>]) -> Vec<Vec<Sight>> {
-    let first: Vec<usize> =
-        features.iter().scan(0, |sum, f| { let at = *sum; *sum += f.pixels.len(); Some(at) }).collect();
+    let first: Vec<usize> = features
+        .iter()
+        .scan(0, |sum, f| {
+            let at = *sum;
+            *sum += f.pixels.len();
+            Some(at)
+        })
+        .collect();
     let total: usize = features.iter().map(|f| f.pixels.len()).sum();
     let mut parent: Vec<usize> = (0..total).collect();
     fn root(parent: &mut [usize], mut i: usize) -> usize {

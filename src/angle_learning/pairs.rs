@@ -43,7 +43,8 @@ pub struct Pair {
 
 pub fn features(image: &ImageView<'_>, camera: &Camera) -> Result<Features> {
     // Doubling the image would add features that are smaller than a pixel's error.
-    let options = SiftOptions { max_features: MAX_FEATURES, upsample: false, contrast_threshold: 0.02, ..SiftOptions::default() };
+    let options =
+        SiftOptions { max_features: MAX_FEATURES, upsample: false, contrast_threshold: 0.02, ..SiftOptions::default() };
     let found = detect_sift(image, &options)?;
     let lens = Camera { pose: Rigid::identity(), ..*camera };
     let mut kept = Features { sift: SiftFeatures::default(), rays: vec![], pixels: vec![], sigmas: vec![] };

@@ -145,7 +145,7 @@ mod tests {
                 count += 1.0;
             }
         }
-        (inside / count, (square / count as f64).sqrt(), repeat / sigma)
+        (inside / count, (square / count).sqrt(), repeat / sigma)
     }
 
     #[test]
@@ -155,7 +155,9 @@ mod tests {
             ("curve", coverage(|r| 1.5 * r + 0.08 * (2.0 * r).sin() + 0.05 * r * r, 40)),
         ] {
             let (inside, rms, repeat) = result;
-            println!("{name}: {inside:.3} within 2 sigma (0.954), errors {rms:.2} sigma, repeatability {repeat:.2} of the true");
+            println!(
+                "{name}: {inside:.3} within 2 sigma (0.954), errors {rms:.2} sigma, repeatability {repeat:.2} of the true"
+            );
             // 600 correlated draws: about 40 x 4 independent ones, sigma 0.02 and 0.06.
             assert!(inside > 0.90 && (0.75..1.25).contains(&rms) && (0.9..1.1).contains(&repeat));
         }

@@ -2,7 +2,6 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::bundle::State;
 use super::pairs::Pair;
 use crate::error::{Degeneracy, Error, Result};
 use crate::geometry::angle_map::Mounting;
@@ -27,8 +26,9 @@ pub struct Start {
 /// `NotFound`: an axis does not turn the picture; `Ambiguous`: turns contradict each other;
 /// `Degenerate`: axes that make no pan-tilt head.
 pub fn start(raw: &[[f64; 2]], cells: &[[usize; 2]], pairs: &[Pair], reference: usize) -> Result<Start> {
-    let (frames, parents, orientation) = chain(raw.len(), pairs, reference);
-    let connected: Vec<&Pair> = pairs.iter().filter(|p| orientation[p.a].is_some() && orientation[p.b].is_some()).collect();
+    let Chain { frames, parents, orientation } = chain(raw.len(), pairs, reference);
+    let connected: Vec<&Pair> =
+        pairs.iter().filter(|p| orientation[p.a].is_some() && orientation[p.b].is_some()).collect();
     // Camera to world, the reference's camera.
     let at = |k: usize| orientation[k].unwrap_or_else(Matrix3::identity);
     let along = |axis: usize, of: &dyn Fn(&Pair) -> Vector3<f64>| {
@@ -52,14 +52,18 @@ pub fn start(raw: &[[f64; 2]], cells: &[[usize; 2]], pairs: &[Pair], reference: 
         let detail = format!(
             "the tilt axis lies along ({:.2}, {:.2}, {:.2}) of the camera and {:.1} degrees off perpendicular to the pan axis: \
              this is no pan-tilt head with an upright camera",
-            tilt.x, tilt.y, tilt.z, off.asin().to_degrees()
+            tilt.x,
+            tilt.y,
+            tilt.z,
+            off.asin().to_degrees()
         );
         return Err(Error::degenerate(Degeneracy::IllConditioned, detail));
     }
     let forward = (ahead - pan * pan.dot(&ahead)).try_normalize(0.05);
     let forward = forward.unwrap_or_else(|| right.cross(&pan).normalize());
     let axes = Matrix3::from_columns(&[pan.cross(&forward), pan, forward]).transpose();
-    let mounting = Mounting { collimation: tilt.z.clamp(-1.0, 1.0).asin(), roll: (-tilt.y).atan2(tilt.x), trunnion: 0.0 };
+    let mounting =
+        Mounting { collimation: tilt.z.clamp(-1.0, 1.0).asin(), roll: (-tilt.y).atan2(tilt.x), trunnion: 0.0 };
     let (s, c) = mounting.roll.sin_cos();
     let mount = rotation_y(mounting.collimation) * Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0);
     let mut angles: Vec<Option<[f64; 2]>> = vec![None; raw.len()];
@@ -76,18 +80,19 @@ pub fn start(raw: &[[f64; 2]], cells: &[[usize; 2]], pairs: &[Pair], reference: 
     Ok(Start { frames, angles, mounting })
 }
 
-impl Start {
-    pub fn state(self, problem: &super::bundle::Problem<'_>) -> State {
-        State::new(self.mounting, self.angles, problem)
-    }
+/// The tree of the strongest pairs (Prim).
+struct Chain {
+    /// Frames in its order.
+    frames: Vec<usize>,
+    parents: Vec<Option<usize>>,
+    /// Camera to world of each frame in the tree.
+    orientation: Vec<Option<Matrix3<f64>>>,
 }
 
-/// Orientations along the tree of the strongest pairs (Prim): frames in its order, their parents, and
-/// camera to world.
-fn chain(count: usize, pairs: &[Pair], root: usize) -> (Vec<usize>, Vec<Option<usize>>, Vec<Option<Matrix3<f64>>>) {
+fn chain(count: usize, pairs: &[Pair], root: usize) -> Chain {
     let mut orientation = vec![None; count];
     let mut parents = vec![None; count];
-    let mut order = vec![root];
+    let mut frames = vec![root];
     orientation[root] = Some(Matrix3::identity());
     loop {
         let open = pairs.iter().filter(|p| orientation[p.a].is_some() != orientation[p.b].is_some());
@@ -96,9 +101,9 @@ fn chain(count: usize, pairs: &[Pair], root: usize) -> (Vec<usize>, Vec<Option<u
             if orientation[p.a].is_some() { (p.a, p.b, p.rotation.transpose()) } else { (p.b, p.a, p.rotation) };
         orientation[to] = orientation[from].map(|q: Matrix3<f64>| q * turn);
         parents[to] = Some(from);
-        order.push(to);
+        frames.push(to);
     }
-    (order, parents, orientation)
+    Chain { frames, parents, orientation }
 }
 
 /// The common direction of rotation vectors.
@@ -112,7 +117,8 @@ fn direction(name: &str, turns: Vec<Vector3<f64>>) -> Result<Vector3<f64>> {
     let with = turns.iter().filter(|t| t.dot(&axis) > 0.0).count();
     let less = with.min(turns.len() - with);
     if less as f64 > MAX_CONTRADICTIONS * turns.len() as f64 {
-        let reason = format!("{name} turns the picture one way {with} times of {}, and else the other way", turns.len());
+        let reason =
+            format!("{name} turns the picture one way {with} times of {}, and else the other way", turns.len());
         return Err(Error::Ambiguous { reason });
     }
     Ok(if 2 * with >= turns.len() { axis } else { -axis })

@@ -42,7 +42,8 @@ fn draw(random: &mut Random, levers: [f64; 4], near: f64, noise: f64, repeatabil
     let mut cameras = Vec::new();
     for j in 0..rows {
         for i in 0..columns {
-            let raw = [-1.0 + 2.0 * f64::from(i) / f64::from(columns - 1), -1.0 + 2.0 * f64::from(j) / f64::from(rows - 1)];
+            let raw =
+                [-1.0 + 2.0 * f64::from(i) / f64::from(columns - 1), -1.0 + 2.0 * f64::from(j) / f64::from(rows - 1)];
             let angles = [true_pan(raw[0]), true_tilt(raw[1])].map(|a| a + repeatability * random.normal());
             let (rotation, centre) = camera_pose(&MOUNTING, &levers, angles);
             cameras.push(Camera { pose: Rigid::from_centre(rotation.transpose(), &centre), ..camera() });

@@ -209,7 +209,8 @@ impl TryFrom<FileSchema> for AngleMapRecord {
     fn try_from(file: FileSchema) -> std::result::Result<Self, String> {
         let MountingSchema { collimation, roll, trunnion, sigma } = file.mounting;
         let (pan, tilt) = (axis("pan", file.pan)?, axis("tilt", file.tilt)?);
-        let map = AngleMap::new(pan, tilt, Mounting { collimation, roll, trunnion }, sigma).map_err(|e| e.to_string())?;
+        let map =
+            AngleMap::new(pan, tilt, Mounting { collimation, roll, trunnion }, sigma).map_err(|e| e.to_string())?;
         let learned = file.learned.map(|l| LearningRecord {
             rms: l.rms,
             outliers: l.outliers,

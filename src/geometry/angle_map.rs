@@ -113,9 +113,10 @@ impl AxisMap {
     /// Greatest radians per device's unit, either sign, over the range; sampled within every interval.
     pub fn steepest(&self) -> f64 {
         const SAMPLES: usize = 8;
-        let spans = self.nodes.windows(2).flat_map(|w| {
-            (0..=SAMPLES).map(move |k| w[0][0] + (w[1][0] - w[0][0]) * k as f64 / SAMPLES as f64)
-        });
+        let spans = self
+            .nodes
+            .windows(2)
+            .flat_map(|w| (0..=SAMPLES).map(move |k| w[0][0] + (w[1][0] - w[0][0]) * k as f64 / SAMPLES as f64));
         spans.map(|raw| self.spline.slope(raw).abs()).fold(0.0, f64::max)
     }
 
@@ -170,7 +171,8 @@ fn inside(what: &str, value: f64, [low, high]: [f64; 2]) -> Result<()> {
         return Err(Error::NotFinite { name: "pan or tilt", index: 0 });
     }
     if value < low || value > high {
-        let reason = format!("{what} {value:.6} is outside the {low:.6} to {high:.6} that the angle map was learned for");
+        let reason =
+            format!("{what} {value:.6} is outside the {low:.6} to {high:.6} that the angle map was learned for");
         return Err(Error::Unreachable { reason });
     }
     Ok(())

@@ -100,12 +100,16 @@ impl<'a, 'o> Session<'a, 'o> {
         self.check()?;
         let identity = or_default(self.head.identity())?;
         let mut report = ProbeReport::new(identity, self.capabilities);
-        let start = read_position(self.head)?;
-        let start = [start.pan, start.tilt];
-        for k in 0..2 {
+        // A head on its way comes back to where that ends.
+        let rest = self.attempt(Self::wait_equal)?;
+        let start = match rest {
+            Ok(reading) => reading.at,
+            Err(_) => self.read()?.at,
+        };
+        for (k, at) in start.iter().enumerate() {
             let [low, high] = self.range(k);
             // Moves fit in about here.
-            self.base[k] = start[k].clamp(low + self.amplitude[k], high - self.amplitude[k]);
+            self.base[k] = at.clamp(low + self.amplitude[k], high - self.amplitude[k]);
         }
         self.look_at_frames(&mut report)?;
         let position_time = self.attempt(Self::position_time)?;
@@ -150,7 +154,9 @@ impl<'a, 'o> Session<'a, 'o> {
             Err(reason) => (report.visible_after, report.visible_after_frames) = (Err(reason.clone()), Err(reason)),
         }
         match self.attempt(Self::laser_sight)? {
-            Ok((time, count)) => (report.laser_visible_after, report.laser_visible_after_frames) = (Ok(time), Ok(count)),
+            Ok((time, count)) => {
+                (report.laser_visible_after, report.laser_visible_after_frames) = (Ok(time), Ok(count))
+            }
             Err(reason) => {
                 (report.laser_visible_after, report.laser_visible_after_frames) = (Err(reason.clone()), Err(reason));
             }
@@ -372,8 +378,11 @@ impl<'a, 'o> Session<'a, 'o> {
         let sense = [-1.0, 1.0][k];
         let shifts = found.shifts.iter().flatten();
         let own = shifts.map(|s| s.sigma[k].powi(2)).sum::<f64>().sqrt() / all as f64;
-        let backlash =
-            Measured { value: sense * (high.value - low.value), sigma: low.sigma.hypot(high.sigma).hypot(own), count: all as u32 };
+        let backlash = Measured {
+            value: sense * (high.value - low.value),
+            sigma: low.sigma.hypot(high.sigma).hypot(own),
+            count: all as u32,
+        };
         report.picture_repeatability_px[k] = Ok(repeat);
         report.backlash_px[k] = Ok(backlash);
         let focal = self.camera.map(|c| [c.intrinsics.fx, c.intrinsics.fy][k]);
@@ -619,10 +628,8 @@ impl<'a, 'o> Session<'a, 'o> {
             while !(reference.timestamp >= since || self.clock.now() >= since + 0.5) {
                 self.grab(&mut reference)?;
             }
-            let (time, count) = self.until_seen(
-                |s| s.set_laser(true),
-                |now| Ok(differs(&reference.image.view()?, &now.image.view()?)),
-            )?;
+            let (time, count) = self
+                .until_seen(|s| s.set_laser(true), |now| Ok(differs(&reference.image.view()?, &now.image.view()?)))?;
             self.set_laser(false)?;
             times.push(time);
             counts.push(count);

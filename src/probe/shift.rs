@@ -108,7 +108,8 @@ impl Means {
         }
         let (s, t, k) = (x - i, y - j, j as usize * self.width + i as usize);
         let v = &self.values;
-        let (top, bottom) = (v[k] * (1.0 - s) + v[k + 1] * s, v[k + self.width] * (1.0 - s) + v[k + self.width + 1] * s);
+        let (top, bottom) =
+            (v[k] * (1.0 - s) + v[k + 1] * s, v[k + self.width] * (1.0 - s) + v[k + self.width + 1] * s);
         Some(top * (1.0 - t) + bottom * t)
     }
 
@@ -125,11 +126,8 @@ impl Means {
                     let i = y * self.width + x;
                     let Some(there) = other.at(x as f64 + by.x, y as f64 + by.y) else { continue };
                     let v = &self.values;
-                    let g = Vector3::new(
-                        0.5 * (v[i + 1] - v[i - 1]),
-                        0.5 * (v[i + self.width] - v[i - self.width]),
-                        1.0,
-                    );
+                    let g =
+                        Vector3::new(0.5 * (v[i + 1] - v[i - 1]), 0.5 * (v[i + self.width] - v[i - self.width]), 1.0);
                     let d = there - v[i];
                     normal += g * g.transpose();
                     right += g * d;
@@ -172,7 +170,8 @@ mod tests {
             for x in 0..320 {
                 let (s, t) = (f64::from(x) - u, f64::from(y) - v);
                 let value = 110.0 + 30.0 * (s / 9.0).sin() * (t / 13.0).cos() + 25.0 * ((s + 2.0 * t) / 31.0).sin();
-                image.data[y as usize * 320 + x as usize] = (value + noise * random.normal()).round().clamp(0.0, 255.0) as u8;
+                image.data[y as usize * 320 + x as usize] =
+                    (value + noise * random.normal()).round().clamp(0.0, 255.0) as u8;
             }
         }
         image

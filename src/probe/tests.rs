@@ -134,7 +134,8 @@ fn an_honest_head_is_described_as_it_is() {
 
 #[test]
 fn other_heads_are_described_as_they_are() {
-    let simulator = simulator("sim:room?speed_deg=30&backlash_deg=0.2&latency=0.2&fps=30&step_deg=0.02&repeatability_deg=0.02");
+    let simulator =
+        simulator("sim:room?speed_deg=30&backlash_deg=0.2&latency=0.2&fps=30&step_deg=0.02&repeatability_deg=0.02");
     let report = run(&simulator, &mut simulator.ptz(), &ProbeOptions::default()).unwrap();
     println!("{report}");
     for k in 0..2 {
@@ -211,7 +212,8 @@ fn what_cannot_be_had_carries_its_reason() {
     assert!(report.speed.iter().chain(&report.backlash).chain([&report.stop_distance]).all(Figure::is_err));
     assert!(report.frame_interval.is_ok() && report.duration < 310.0);
     // No time.
-    let report = run(&simulator, &mut simulator.ptz(), &ProbeOptions { max_time: 5.0, ..ProbeOptions::default() }).unwrap();
+    let report =
+        run(&simulator, &mut simulator.ptz(), &ProbeOptions { max_time: 5.0, ..ProbeOptions::default() }).unwrap();
     assert!(report.stop_distance.unwrap_err().contains("in time") && report.duration < 7.0);
 }
 
