@@ -45,7 +45,7 @@ impl Default for SettleOptions {
         Self {
             readings: 3,
             duration: 0.15,
-            poll_interval: 0.02,
+            poll_interval: 0.01,
             tolerance: 0.0,
             move_timeout: 30.0,
             patience: 1.0,
