@@ -4,6 +4,7 @@
 //! address. The laser is off whenever the library is not sure: while the head moves, on every error,
 //! when a call is cancelled, and from the moment a rig is closed.
 
+use super::angle_map::mapped;
 use super::args::{Out, number, vectors};
 use super::call::{ErrorOut, guard};
 use super::cancel::ptzcal_cancel;
@@ -91,12 +92,15 @@ pub unsafe extern "C" fn ptzcal_rig_open(
                 (None, None, Some(whole)) => whole.laser(),
                 (None, None, None) => return Err(missing("laser")),
             },
-            ptz: match (&s.ptz, at(&s.ptz_address)?, whole) {
-                (Some(ptz), _, _) => Box::new(ptz.clone()),
-                (None, Some(address), _) => open_ptz(&address, &around)?,
-                (None, None, Some(whole)) => whole.ptz(s.log.clone())?,
-                (None, None, None) => return Err(missing("head")),
-            },
+            ptz: mapped(
+                match (&s.ptz, at(&s.ptz_address)?, whole) {
+                    (Some(ptz), _, _) => Box::new(ptz.clone()),
+                    (None, Some(address), _) => open_ptz(&address, &around)?,
+                    (None, None, Some(whole)) => whole.ptz(s.log.clone())?,
+                    (None, None, None) => return Err(missing("head")),
+                },
+                s.angle_map.as_ref(),
+            )?,
             frames: match (&s.frames, at(&s.frames_address)?, whole) {
                 (Some(frames), _, _) => Box::new(frames.clone()),
                 (None, Some(address), _) => open_frames(&address, &around)?,

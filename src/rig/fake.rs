@@ -57,6 +57,8 @@ pub struct Habits {
     pub reports_motion: bool,
     /// Reports target and idle at once, while the head moves on for its time.
     pub lies: bool,
+    /// Does not tell its position: it is where it was sent, and nowhere once it was stopped.
+    pub mute: bool,
     /// Stays this far short of targets in pan.
     pub short: f64,
     /// Never stops moving.
@@ -69,7 +71,15 @@ pub struct Habits {
 
 impl Default for Habits {
     fn default() -> Self {
-        Self { reports_motion: true, lies: false, short: 0.0, restless: false, stamped: true, blind: false }
+        Self {
+            reports_motion: true,
+            lies: false,
+            mute: false,
+            short: 0.0,
+            restless: false,
+            stamped: true,
+            blind: false,
+        }
     }
 }
 
@@ -232,7 +242,7 @@ impl PanTiltZoom for FakeHead {
             pan_step: STEP,
             tilt_step: STEP,
             reports_motion: self.0.world().habits.reports_motion,
-            reports_position: true,
+            reports_position: !self.0.world().habits.mute,
             ..PtzCapabilities::default()
         }
     }
@@ -250,6 +260,13 @@ impl PanTiltZoom for FakeHead {
     fn position(&mut self) -> Result<PtzPosition> {
         let mut w = self.0.call()?;
         w.now += 0.002;
+        if w.habits.mute {
+            let last = w.history.iter().rev().find(|event| matches!(event, Event::Move(..) | Event::Stop));
+            let Some(&Event::Move(pan, tilt)) = last else {
+                return Err(Error::BadState { reason: "sent nowhere yet".into() });
+            };
+            return Ok(PtzPosition { pan, tilt, zoom: 0.0 });
+        }
         let at = if w.habits.lies { w.to } else { w.head(w.now).map(|v| (v / STEP).round() * STEP) };
         Ok(PtzPosition { pan: at.x, tilt: at.y, zoom: 0.0 })
     }

@@ -207,7 +207,9 @@ impl OnvifHead {
     /// Velocity of pan and tilt in the camera's best space for it.
     fn pan_tilt_velocity(&self, velocity: PtzVelocity) -> Option<String> {
         let (space, values) = match (&self.units, &self.node.velocity_degrees, &self.node.velocity) {
-            (Units::Degrees(_), Some(space), _) => (space, [velocity.pan, velocity.tilt].map(f64::to_degrees)),
+            (Units::Degrees(_), Some(space), _) | (_, Some(space), None) => {
+                (space, [velocity.pan, velocity.tilt].map(f64::to_degrees))
+            }
             (_, _, Some(space)) => {
                 let share = |value: f64, full: f64, [low, high]: [f64; 2]| {
                     let share = (value / if full > 0.0 { full } else { 1.0 }).clamp(-1.0, 1.0);

@@ -131,7 +131,7 @@ impl PelcoHead {
     fn query(&mut self, quantity: Quantity) -> Result<u16> {
         let mut noise = 0;
         for _ in 0..ATTEMPTS {
-            self.framer.clear();
+            self.drain()?;
             self.send(Message::Query(quantity))?;
             if let Some(value) = self.reply(quantity, &mut noise)? {
                 return Ok(value);
@@ -144,12 +144,25 @@ impl PelcoHead {
         Err(Error::DeviceTimeout { what: "Pelco device", seconds: self.options.reply_timeout * f64::from(ATTEMPTS) })
     }
 
+    /// Takes what came late, which answers nothing that is asked now.
+    fn drain(&mut self) -> Result<()> {
+        self.framer.clear();
+        let mut buffer = [0; 64];
+        for _ in 0..MAX_NOISE / buffer.len() {
+            if self.link.receive(&mut buffer, 0.0)? == 0 {
+                break;
+            }
+        }
+        Ok(())
+    }
+
     /// Waits for one reply. Counts bytes that are no message of this line as noise, unless they
     /// begin like one: devices that only acknowledge do so in a form of their own.
     fn reply(&mut self, quantity: Quantity, noise: &mut usize) -> Result<Option<u16>> {
         let end = self.clock.now() + self.options.reply_timeout;
         let header = self.options.dialect.header(self.options.address);
         let mut seen = Vec::new();
+        let mut total = 0;
         let mut buffer = [0; 64];
         loop {
             let left = end - self.clock.now();
@@ -159,6 +172,7 @@ impl PelcoHead {
                 *noise += if alike { 0 } else { seen.len() };
                 return Ok(None);
             }
+            total += count;
             for &byte in buffer.iter().take(count) {
                 seen.push(byte);
                 match self.framer.push(byte) {
@@ -172,8 +186,8 @@ impl PelcoHead {
                     None => {}
                 }
             }
-            if seen.len() > MAX_NOISE {
-                *noise += seen.len();
+            if total > MAX_NOISE {
+                *noise += total;
                 return Ok(None);
             }
         }

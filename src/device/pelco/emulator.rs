@@ -105,6 +105,10 @@ impl Device {
         }
     }
 
+    pub fn send_unasked(&mut self, bytes: &[u8]) {
+        self.out.extend(bytes);
+    }
+
     pub fn give(&mut self, buffer: &mut [u8]) -> usize {
         let mut count = 0;
         while count < buffer.len()

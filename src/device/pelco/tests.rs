@@ -311,6 +311,15 @@ fn nonsense_is_refused_before_it_is_sent() {
     assert!(line.device().heard.is_empty());
 }
 
+#[test]
+fn a_reply_that_comes_late_answers_nothing_else() {
+    let line = line(Dialect::D, Habits::default());
+    let mut head = open(&line, options(Dialect::D)).unwrap();
+    let late = Dialect::D.encode(3, &Message::Position(Quantity::Pan, 9000));
+    line.device().send_unasked(&late);
+    assert_eq!(head.position().unwrap().pan, 0.0);
+}
+
 /// Random bytes back from the device: no panic, bounded time, a position or an error.
 #[test]
 fn fuzz_replies() {

@@ -41,6 +41,19 @@ fn a_head_that_lies_about_being_idle_is_caught_by_its_picture() {
 }
 
 #[test]
+fn a_head_that_tells_no_position_is_moved_and_seen_to_arrive() {
+    let fake = Fake::with(Habits { mute: true, reports_motion: false, ..Habits::default() });
+    let mut rig = fake.rig();
+    assert!(matches!(rig.position(), Err(Error::BadState { .. })));
+    for target in [Vector2::new(0.9, -0.2), Vector2::new(-1.2, 0.3)] {
+        rig.move_to(target.x, target.y, &Cancel::new()).unwrap();
+        assert!((fake.head() - target).amax() <= STEP, "{}", fake.head());
+        // From here on nobody knows where it is.
+        rig.stop().unwrap();
+    }
+}
+
+#[test]
 fn a_head_that_never_stands_still_is_an_error_and_is_stopped() {
     let fake = Fake::with(Habits { restless: true, ..Habits::default() });
     let mut rig = fake.rig();
