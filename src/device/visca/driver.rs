@@ -356,7 +356,8 @@ impl PanTiltZoom for ViscaHead {
 
     fn home(&mut self) -> Result<()> {
         self.ready()?;
-        self.start(Request::Home, Some([0, 0]))
+        // Where that is, some cameras let their users choose.
+        self.start(Request::Home, None)
     }
 
     fn set_zoom(&mut self, zoom: f64) -> Result<()> {

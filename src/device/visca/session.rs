@@ -32,7 +32,6 @@ pub const LONGEST_CALL: f64 = 10.0;
 const MAX_REPLIES: usize = 100;
 /// Meaningless bytes that point to a wrong baud rate.
 const GARBAGE: u64 = 4;
-
 /// A camera that was set up anew answers within this, seconds.
 const RECOVERY: f64 = 2.0;
 
