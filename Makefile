@@ -10,15 +10,20 @@ DESTDIR ?=
 VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
 ABI := $(shell sed -n 's/^\#define PTZCAL_ABI_VERSION //p' include/ptzcal.h)
 TARGET := $(or $(CARGO_TARGET_DIR),target)
+# Frames of local cameras need libclang (with its headers) to build. FEATURES= leaves them out.
+LIBCLANG := $(or $(LIBCLANG_PATH),$(wildcard /usr/lib/llvm-*/lib/libclang*.so*),$(shell ldconfig -p 2>/dev/null | grep -m 1 -o 'libclang[-0-9]*\.so.*'))
+CLANG_HEADERS := $(wildcard /usr/lib/llvm-*/lib/clang/*/include/stddef.h /usr/lib/clang/*/include/stddef.h)
+FEATURES ?= $(if $(and $(LIBCLANG),$(CLANG_HEADERS)),--features v4l2)
 # What a program that links libptzcal.a needs besides (rustc --print native-static-libs).
 SYSTEM_LIBS := -lgcc_s -lutil -lrt -lpthread -lm -ldl
 
-.PHONY: help demo test accuracy bench install installcheck header lint release-abi need-cargo need-cc
+.PHONY: help demo test fuzz accuracy bench install installcheck header lint release-abi need-cargo need-cc
 
 help:
 	@echo "make demo       scans a simulated room and calibrates cameras; results in target/demo"
 	@echo "make test       runs all tests"
 	@echo "make accuracy   measures accuracy against bounds and truth; target/accuracy.json"
+	@echo "make fuzz       ten million random inputs for every reader of outside bytes"
 	@echo "make bench      measures speed, ours and the peers'; target/bench.json"
 	@echo "make install    installs library, header and ptzcal.pc (PREFIX=$(PREFIX), DESTDIR=)"
 	@echo "make header     writes include/ptzcal.h anew from src/capi"
@@ -32,11 +37,16 @@ need-cc: need-cargo
 	@command -v $${CXX:-c++} >/dev/null || { echo "a C++ compiler is missing: install g++ or clang, or set CXX"; exit 1; }
 
 demo: need-cargo
-	$(CARGO) run --release --example demo
+	$(CARGO) run --release $(FEATURES) --example demo
 
 # The C and Python tests are part of it: cargo builds the library and runs them against it.
 test: need-cc
-	$(CARGO) test
+	@[ -n '$(FEATURES)' ] || echo 'SKIPPED v4l2:// cameras: libclang is not installed (Debian: apt-get install libclang1-14 libclang-common-14-dev)'
+	$(CARGO) test $(FEATURES)
+
+# Ten million inputs for everything that reads bytes from outside.
+fuzz: need-cargo
+	PTZCAL_FUZZ_INPUTS=$${PTZCAL_FUZZ_INPUTS:-10000000} $(CARGO) test $(FEATURES) fuzz_
 
 accuracy: need-cargo
 	$(CARGO) run --release --example accuracy
@@ -65,13 +75,13 @@ release-abi: need-cargo
 lint: need-cargo
 	@if $(CARGO) fmt --version >/dev/null 2>&1; then $(CARGO) fmt --check; \
 	else echo "SKIPPED formatting: rustfmt is not installed (rustup component add rustfmt)"; fi
-	@if $(CARGO) clippy --version >/dev/null 2>&1; then $(CARGO) clippy --all-targets -- -D warnings; \
+	@if $(CARGO) clippy --version >/dev/null 2>&1; then $(CARGO) clippy --all-targets $(FEATURES) -- -D warnings; \
 	else echo "SKIPPED clippy: it is not installed (rustup component add clippy)"; fi
 
 # The archive is built without link-time optimisation, so that any linker takes it.
 install: need-cargo
-	$(CARGO) build --release --lib
-	CARGO_PROFILE_RELEASE_LTO=off $(CARGO) rustc --release --lib --crate-type staticlib --target-dir $(TARGET)/archive
+	$(CARGO) build --release $(FEATURES) --lib
+	CARGO_PROFILE_RELEASE_LTO=off $(CARGO) rustc --release $(FEATURES) --lib --crate-type staticlib --target-dir $(TARGET)/archive
 	install -d $(DESTDIR)$(LIBDIR)/pkgconfig $(DESTDIR)$(INCLUDEDIR)
 	install -m 755 $(TARGET)/release/libptzcal.so $(DESTDIR)$(LIBDIR)/libptzcal.so.$(ABI).$(VERSION)
 	ln -sf libptzcal.so.$(ABI).$(VERSION) $(DESTDIR)$(LIBDIR)/libptzcal.so.$(ABI)

@@ -304,6 +304,9 @@ impl Error {
             Self::DeviceLost { .. } => {
                 Some("check cable and power, then open the rig again; a journalled scan resumes")
             }
+            Self::DeviceTimeout { .. } => {
+                Some("check its power and cable; on serial lines also number and baud rate in its address")
+            }
             Self::LaserRefused { .. } => Some("release the emergency stop and make sure that the head stands still"),
             Self::InvalidAddress { .. } => Some("docs/addresses.md lists the forms, each with an example"),
             Self::DeviceNotFound { .. } => {

@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! capi                               the C API: translates and checks, computes nothing
-//! rig  rig_calibration  rgbd         workflows: aim, move, scan; calibrate the rig; colour and depth;
+//! ptz  rig  rig_calibration  rgbd    workflows: drive; aim and scan; calibrate the rig; colour and depth;
 //! angle_learning  probe              learn what a head's numbers mean; find out what a device does
 //! detect  calibrate  adjust  pose    algorithms: pure functions of their input
 //! device  sim                        the ports (traits) and what implements them
@@ -29,10 +29,13 @@ pub mod device;
 pub mod draw;
 pub mod error;
 pub mod format;
+#[cfg(test)]
+mod fuzz;
 pub mod geometry;
 pub mod image;
 pub mod pose;
 pub mod probe;
+pub mod ptz;
 pub mod rgbd;
 pub mod rig;
 pub mod rig_calibration;

@@ -3,14 +3,12 @@
 //! Python is `PYTHON` or python3. NumPy comes with it, or pip puts it into target/python-venv; where
 //! neither is to be had the tests are skipped, and say so.
 
-use std::env;
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::sync::OnceLock;
-use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 #[path = "support/board_pictures.rs"]
 mod board_pictures;
@@ -18,38 +16,13 @@ mod board_pictures;
 mod data;
 #[path = "support/library.rs"]
 mod library;
+#[path = "support/python.rs"]
+mod python_programs;
 #[path = "support/thesis.rs"]
 mod thesis;
 
 use library::{library, root};
-
-/// Runs a command for a limited time; what it printed, and whether it succeeded.
-fn output(command: &mut Command, limit: Duration) -> (bool, String) {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("output");
-    let file = File::create(&path).unwrap();
-    let errors = file.try_clone().unwrap();
-    let Ok(mut child) = command.stdin(Stdio::null()).stdout(file).stderr(errors).spawn() else {
-        return (false, format!("{command:?} cannot be started"));
-    };
-    let end = Instant::now() + limit;
-    let success = loop {
-        match child.try_wait().unwrap() {
-            Some(status) => break Some(status.success()),
-            None if Instant::now() < end => sleep(Duration::from_millis(20)),
-            None => {
-                let _ = child.kill();
-                let _ = child.wait();
-                break None;
-            }
-        }
-    };
-    let mut text = String::from_utf8_lossy(&std::fs::read(&path).unwrap()).into_owned();
-    if success.is_none() {
-        text += &format!("\n{command:?} took longer than {limit:?}");
-    }
-    (success == Some(true), text)
-}
+use python_programs::{environment, output, system_python};
 
 fn has_numpy(python: &Path) -> bool {
     output(Command::new(python).args(["-c", "import numpy"]), Duration::from_secs(60)).0
@@ -58,28 +31,10 @@ fn has_numpy(python: &Path) -> bool {
 /// A Python with NumPy.
 fn python() -> Option<&'static Path> {
     static PYTHON: OnceLock<Option<PathBuf>> = OnceLock::new();
+    let system = system_python();
     let found = PYTHON.get_or_init(|| {
-        let system = PathBuf::from(env::var_os("PYTHON").unwrap_or("python3".into()));
-        if has_numpy(&system) {
-            return Some(system);
-        }
-        let folder = data::target().join("python-venv");
-        let python = folder.join("bin/python");
-        if has_numpy(&python) {
-            return Some(python);
-        }
-        let mut make = Command::new(&system);
-        let mut fill = Command::new(&python);
-        fill.args(["-m", "pip", "install", "--quiet", "--retries", "1", "--timeout", "15", "numpy"]);
-        let limit = Duration::from_secs(180);
-        let made = output(make.args(["-m", "venv"]).arg(&folder), limit).0 && output(&mut fill, limit).0;
-        (made && has_numpy(&python)).then_some(python)
+        if has_numpy(&system) { Some(system) } else { environment("python-venv", &["numpy"], "numpy") }
     });
-    if found.is_none() {
-        // Past the test runner's capture.
-        let why = "python3 with NumPy is not installed, and pip cannot install it";
-        let _ = writeln!(std::io::stderr(), "SKIPPED the Python tests: {why}");
-    }
     found.as_deref()
 }
 

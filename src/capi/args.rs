@@ -25,6 +25,8 @@ unsafe impl Plain for u16 {}
 // SAFETY: numbers.
 unsafe impl Plain for u32 {}
 // SAFETY: numbers.
+unsafe impl Plain for u64 {}
+// SAFETY: numbers.
 unsafe impl Plain for i32 {}
 // SAFETY: numbers.
 unsafe impl Plain for f32 {}
@@ -124,6 +126,15 @@ pub unsafe fn string<'a>(ptr: *const c_char, name: &'static str) -> Result<&'a s
     // SAFETY: `length` bytes were just read.
     let bytes = unsafe { std::slice::from_raw_parts(ptr, length) };
     std::str::from_utf8(bytes).map_err(|e| Error::invalid(name, format!("not UTF-8 at byte {}", e.valid_up_to())))
+}
+
+/// A copy of a string; `None` for NULL.
+///
+/// # Safety
+/// As for [`string`].
+pub(super) unsafe fn string_optional(ptr: *const c_char, name: &'static str) -> Result<Option<String>> {
+    // SAFETY: by this function's contract.
+    if ptr.is_null() { Ok(None) } else { unsafe { string(ptr, name) }.map(|s| Some(s.to_owned())) }
 }
 
 /// Where one value goes.

@@ -4,29 +4,33 @@
 //! address. The laser is off whenever the library is not sure: while the head moves, on every error,
 //! when a call is cancelled, and from the moment a rig is closed.
 
+use super::angle_map::mapped;
 use super::args::{Out, number, vectors};
 use super::call::{ErrorOut, guard};
 use super::cancel::ptzcal_cancel;
 use super::error::ptzcal_error;
 use super::handle::{Alone, Handle, HandleOut, borrow, take};
 use super::rig_model::{model_in, ptzcal_rig_model};
-use super::rig_options::{ptzcal_rig_options, simulator_at};
+use super::rig_options::ptzcal_rig_options;
 use super::simulator::{ptzcal_simulator, switch};
 use super::sized::SizedOut;
 use super::status::ptzcal_status;
 use crate::control::{Cancel, SystemClock};
+use crate::device::{Address, Brake, Surroundings, open_frames, open_laser, open_ptz};
 use crate::error::{Error, Result};
 use crate::geometry::RigModel;
-use crate::rig::{Aim, LaserControl, Rig, RigParts, aim_at_point};
-use crate::sim::Simulator;
+use crate::rig::{Aim, LaserControl, Rig, RigParts, WholeRig, aim_at_point};
 use nalgebra::{Vector2, Vector3};
 use std::sync::Arc;
 
 /// An open rig.
 pub struct ptzcal_rig {
     pub(super) rig: Alone<Rig>,
-    pub(super) simulator: Option<Simulator>,
+    pub(super) whole: Option<WholeRig>,
+    /// What devices of a scan are opened with.
+    pub(super) around: Surroundings,
     laser: LaserControl,
+    brake: Option<Arc<dyn Brake>>,
     model: RigModel,
     /// Set by ptzcal_rig_stop while another call is at work.
     stop: Cancel,
@@ -68,40 +72,48 @@ pub unsafe extern "C" fn ptzcal_rig_open(
         // SAFETY: the caller keeps the header's rules for pointers.
         let (out, options) = unsafe { (HandleOut::new(rig)?, borrow(options)?) };
         let s = options.0.read(ptzcal_rig_options::NAME)?;
-        let simulator = simulator_at(s.address.as_deref())?;
-        let sim = simulator.as_ref();
+        let whole = s.address.as_deref().map(WholeRig::open).transpose()?;
+        let whole = whole.as_ref();
+        let clock = match (&s.clock, whole) {
+            (Some(clock), _) => clock.clone(),
+            (None, Some(whole)) => whole.clock(),
+            (None, None) => Arc::new(SystemClock::default()),
+        };
+        let around = Surroundings { clock: clock.clone(), log: s.log.clone(), credentials: s.credentials.clone() };
         let missing = |what: &str| Error::invalid("options", format!("no {what}: set an address or the callback"));
+        let at = |address: &Option<String>| address.as_deref().map(Address::parse).transpose();
+        let model = s.model.or_else(|| whole.map(WholeRig::model));
         let parts = RigParts {
-            model: match (s.model, sim) {
-                (Some(model), _) => model,
-                (None, Some(sim)) => sim.nominal_rig(),
-                (None, None) => return Err(Error::invalid("options", "no rig model: set one")),
+            model: model.ok_or_else(|| Error::invalid("options", "no rig model: set one"))?,
+            // First, so that a laser left on goes off whatever else fails to open.
+            laser: match (&s.laser, at(&s.laser_address)?, whole) {
+                (Some(laser), _, _) => Box::new(laser.clone()),
+                (None, Some(address), _) => open_laser(&address, &around)?,
+                (None, None, Some(whole)) => whole.laser(),
+                (None, None, None) => return Err(missing("laser")),
             },
-            ptz: match (&s.ptz, sim) {
-                (Some(ptz), _) => Box::new(ptz.clone()),
-                (None, Some(sim)) => Box::new(sim.ptz()),
-                (None, None) => return Err(missing("head")),
+            ptz: mapped(
+                match (&s.ptz, at(&s.ptz_address)?, whole) {
+                    (Some(ptz), _, _) => Box::new(ptz.clone()),
+                    (None, Some(address), _) => open_ptz(&address, &around)?,
+                    (None, None, Some(whole)) => whole.ptz(s.log.clone())?,
+                    (None, None, None) => return Err(missing("head")),
+                },
+                s.angle_map.as_ref(),
+            )?,
+            frames: match (&s.frames, at(&s.frames_address)?, whole) {
+                (Some(frames), _, _) => Box::new(frames.clone()),
+                (None, Some(address), _) => open_frames(&address, &around)?,
+                (None, None, Some(whole)) => whole.frames()?,
+                (None, None, None) => return Err(missing("head camera")),
             },
-            laser: match (&s.laser, sim) {
-                (Some(laser), _) => Box::new(laser.clone()),
-                (None, Some(sim)) => Box::new(sim.laser()),
-                (None, None) => return Err(missing("laser")),
-            },
-            frames: match (&s.frames, sim) {
-                (Some(frames), _) => Box::new(frames.clone()),
-                (None, Some(sim)) => Box::new(sim.head_frames()),
-                (None, None) => return Err(missing("head camera")),
-            },
-            clock: match (&s.clock, sim) {
-                (Some(clock), _) => clock.clone(),
-                (None, Some(sim)) => sim.clock(),
-                (None, None) => Arc::new(SystemClock::default()),
-            },
+            clock,
             log: s.log.clone(),
         };
         let (model, open) = (parts.model, Rig::open(parts, s.options)?);
-        let laser = open.laser();
-        out.give(ptzcal_rig { rig: Alone::new(open), simulator, laser, model, stop: Cancel::new() });
+        let (laser, brake) = (open.laser(), open.brake());
+        let whole = whole.cloned();
+        out.give(ptzcal_rig { rig: Alone::new(open), whole, around, laser, brake, model, stop: Cancel::new() });
         Ok(())
     })
 }
@@ -169,7 +181,8 @@ pub unsafe extern "C" fn ptzcal_rig_simulator(
         // SAFETY: the caller keeps the header's rules for pointers.
         let (out, rig) = unsafe { (HandleOut::new(simulator)?, borrow(rig)?) };
         let none = || Error::Unsupported { what: "the simulator of a rig that is not simulated".into() };
-        out.give(ptzcal_simulator::of(rig.simulator.clone().ok_or_else(none)?)?);
+        let Some(WholeRig::Simulated(simulator)) = &rig.whole else { return Err(none()) };
+        out.give(ptzcal_simulator::of(simulator.clone())?);
         Ok(())
     })
 }
@@ -386,7 +399,8 @@ pub unsafe extern "C" fn ptzcal_rig_set_laser(
 }
 
 /// Stops the head and switches the laser off, now. While another thread's call is at work with the
-/// rig, that call is cancelled instead: it stops the head and switches the laser off on its way out.
+/// rig, that call is cancelled: it stops the head and switches the laser off on its way out. Heads
+/// opened by address are stopped beside it at once.
 ///
 /// @param rig   The rig.
 /// @param error Receives the error; may be NULL.
@@ -404,7 +418,7 @@ pub unsafe extern "C" fn ptzcal_rig_stop(rig: *const ptzcal_rig, error: *mut *mu
         rig.stop.cancel();
         match rig.rig.lock(ptzcal_rig::NAME) {
             Ok(mut alone) => alone.stop(),
-            Err(Error::Busy { .. }) => Ok(()),
+            Err(Error::Busy { .. }) => rig.brake.as_ref().map_or(Ok(()), |brake| brake.stop()),
             Err(e) => Err(e),
         }
     })

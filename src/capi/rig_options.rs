@@ -3,7 +3,8 @@
 //! Devices by callbacks or by an address, the rig's model, and how it behaves. The options are read
 //! when a rig is opened.
 
-use super::args::{number, string};
+use super::angle_map::{map_of, ptzcal_angle_map};
+use super::args::{number, string_optional};
 use super::call::{ErrorOut, guard};
 use super::devices::{
     HostClock, HostFrames, HostLaser, HostPtz, ptzcal_clock_now_fn, ptzcal_clock_sleep_fn, ptzcal_frame_fn,
@@ -15,10 +16,10 @@ use super::log::{log, ptzcal_log_fn};
 use super::rig_model::{model_in, ptzcal_rig_model};
 use super::status::ptzcal_status;
 use crate::control::{Clock, Log};
+use crate::device::{Credentials, LaserLimits};
 use crate::error::{Error, Result};
-use crate::geometry::RigModel;
+use crate::geometry::{AngleMap, RigModel};
 use crate::rig::RigOptions;
-use crate::sim::{SimOptions, Simulator};
 use std::ffi::{c_char, c_void};
 use std::sync::Arc;
 
@@ -28,6 +29,11 @@ pub struct ptzcal_rig_options(pub(super) Exclusive<Settings>);
 #[derive(Default)]
 pub(super) struct Settings {
     pub(super) address: Option<String>,
+    pub(super) ptz_address: Option<String>,
+    pub(super) laser_address: Option<String>,
+    pub(super) frames_address: Option<String>,
+    pub(super) angle_map: Option<AngleMap>,
+    pub(super) credentials: Option<Credentials>,
     pub(super) model: Option<RigModel>,
     pub(super) ptz: Option<HostPtz>,
     pub(super) laser: Option<HostLaser>,
@@ -50,18 +56,6 @@ impl ptzcal_rig_options {
         // SAFETY: by this function's contract.
         change(&mut *unsafe { borrow(options)? }.0.write(Self::NAME)?);
         Ok(())
-    }
-}
-
-/// The simulator that an address names; `None` without an address.
-pub(super) fn simulator_at(address: Option<&str>) -> Result<Option<Simulator>> {
-    let Some(address) = address else { return Ok(None) };
-    match address.split_once(':') {
-        Some(("sim", _)) => Ok(Some(Simulator::new(SimOptions::parse(address)?)?)),
-        Some((scheme, _)) => Err(Error::Unsupported {
-            what: format!("addresses that begin with {scheme}: (this version knows sim:); hand in callbacks instead"),
-        }),
-        None => Err(Error::invalid("address", format!("{address:?} does not begin with a kind of device and a colon"))),
     }
 }
 
@@ -100,10 +94,12 @@ pub unsafe extern "C" fn ptzcal_rig_options_free(options: *mut ptzcal_rig_option
     super::call::guard_or((), || unsafe { free(options) });
 }
 
-/// Sets the address of the devices. Callbacks that are set as well take their place one by one.
+/// Sets the address of a whole rig: the simulator, or a recorded scan. Callbacks and addresses of
+/// single devices that are set as well take their place one by one.
 ///
 /// @param options The options.
-/// @param address "sim:room?key=value&..."; may be NULL: none. It may hold no password.
+/// @param address "sim:room?key=value&..." or "folder:///path"; may be NULL: none. It may hold no
+///                password.
 /// @param error   Receives the error; may be NULL.
 /// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; opening says whether the address exists.
 ///
@@ -120,13 +116,191 @@ pub unsafe extern "C" fn ptzcal_rig_options_set_address(
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
         unsafe {
-            let address = if address.is_null() { None } else { Some(string(address, "address")?.to_owned()) };
+            let address = string_optional(address, "address")?;
             ptzcal_rig_options::change(options, |o| o.address = address)
         }
     })
 }
 
-/// Sets the rig model. A simulator brings one of its own; all other rigs need it.
+/// Sets the address of the head; a host's head takes its place.
+///
+/// @param options The options.
+/// @param address Such as "visca:///dev/ttyUSB0?model=evi-d100" (docs/addresses.md); may be NULL: none. It may hold no
+///                password.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; opening says what is wrong with it.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_options_set_ptz_address(
+    options: *mut ptzcal_rig_options,
+    address: *const c_char,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        unsafe {
+            let address = string_optional(address, "address")?;
+            ptzcal_rig_options::change(options, |o| o.ptz_address = address)
+        }
+    })
+}
+
+/// Sets the address of the laser; a host's laser takes its place.
+///
+/// @param options The options.
+/// @param address Such as "gpio:///dev/gpiochip0/laser" (docs/addresses.md); may be NULL: none. It may hold no
+///                password.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; opening says what is wrong with it.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_options_set_laser_address(
+    options: *mut ptzcal_rig_options,
+    address: *const c_char,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        unsafe {
+            let address = string_optional(address, "address")?;
+            ptzcal_rig_options::change(options, |o| o.laser_address = address)
+        }
+    })
+}
+
+/// Sets the address of the head camera's frames; a host's frames take its place.
+///
+/// @param options The options.
+/// @param address Such as "v4l2:///dev/video0?format=YUYV" (docs/addresses.md); may be NULL: none. It may hold no
+///                password.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; opening says what is wrong with it.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_options_set_frames_address(
+    options: *mut ptzcal_rig_options,
+    address: *const c_char,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        unsafe {
+            let address = string_optional(address, "address")?;
+            ptzcal_rig_options::change(options, |o| o.frames_address = address)
+        }
+    })
+}
+
+/// Sets which angles the numbers of a head without angles are: the rig refuses such a head without it.
+///
+/// @param options The options.
+/// @param map     The map, copied; may be NULL: none.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; opening refuses the map for a head that knows angles itself.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_options_set_angle_map(
+    options: *mut ptzcal_rig_options,
+    map: *const ptzcal_angle_map,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        unsafe {
+            let map = map_of(map);
+            ptzcal_rig_options::change(options, |o| o.angle_map = map)
+        }
+    })
+}
+
+/// Sets the greatest share of the time that the laser is on, in any window. Scans pause where they have to.
+///
+/// @param options The options.
+/// @param duty    More than 0, at most 1; the default is 1: no limit.
+/// @param window  Seconds, more than 0, at most 3600; the default is 10.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_options_set_laser_duty(
+    options: *mut ptzcal_rig_options,
+    duty: f64,
+    window: f64,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        let limits =
+            LaserLimits { duty: number(duty, "duty")?, window: number(window, "window")?, ..LaserLimits::default() };
+        limits.validate()?;
+        // SAFETY: the caller keeps the header's rules for pointers.
+        unsafe {
+            ptzcal_rig_options::change(options, |o| {
+                o.options.laser_duty = duty;
+                o.options.laser_duty_window = window;
+            })
+        }
+    })
+}
+
+/// Sets who opens the devices that ask for it (ONVIF).
+///
+/// @param options  The options.
+/// @param user     The user's name; may be NULL: nobody.
+/// @param password The password; may be NULL: empty. It is neither logged nor written anywhere.
+/// @param error    Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_options_set_credentials(
+    options: *mut ptzcal_rig_options,
+    user: *const c_char,
+    password: *const c_char,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        unsafe {
+            let credentials = credentials(user, password)?;
+            ptzcal_rig_options::change(options, |o| o.credentials = credentials)
+        }
+    })
+}
+
+/// Who opens a device; `None` without a user.
+///
+/// # Safety
+/// Both are NULL or strings.
+pub(super) unsafe fn credentials(user: *const c_char, password: *const c_char) -> Result<Option<Credentials>> {
+    // SAFETY: by this function's contract.
+    let (user, password) = unsafe { (string_optional(user, "user")?, string_optional(password, "password")?) };
+    Ok(user.map(|user| Credentials { user, password: password.unwrap_or_default() }))
+}
+
+/// Sets the rig model. Simulators and recordings bring one of their own; all other rigs need it.
 ///
 /// @param options The options.
 /// @param model   The model.

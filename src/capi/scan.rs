@@ -24,7 +24,9 @@ use crate::calibrate::Observation;
 use crate::error::{Error, Result};
 use crate::geometry::InverseDepthPoint;
 use crate::pose::{PlaneFitOptions, fit_plane_to_shots};
-use crate::rig::{FixedCamera, Phase, Progress, Scan, ScanEnd, ScanOptions, ScanRegion, Sighting, scan_region};
+use crate::rig::{
+    FixedCamera, Phase, Progress, Scan, ScanEnd, ScanOptions, ScanRegion, Sighting, WholeRig, scan_region,
+};
 use std::ffi::c_void;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -67,6 +69,13 @@ unsafe impl SizedStruct for ptzcal_region {
             tilt_min: 0.0,
             tilt_max: 0.0,
         }
+    }
+}
+
+impl From<&ScanRegion> for ptzcal_region {
+    fn from(region: &ScanRegion) -> Self {
+        let ScanRegion { pan: [pan_min, pan_max], tilt: [tilt_min, tilt_max], pan_steps, tilt_steps } = *region;
+        Self { pan_steps, tilt_steps, pan_min, pan_max, tilt_min, tilt_max, ..SizedStruct::initial() }
     }
 }
 
@@ -134,6 +143,32 @@ pub unsafe extern "C" fn ptzcal_region_init(region: *mut ptzcal_region, size: us
     guard(ErrorOut::none(), || unsafe { sized::init(region, size) })
 }
 
+/// The region that a recorded scan covers, of a rig that was opened on a recording's folder.
+///
+/// @param rig    The rig.
+/// @param region Receives the region; set up by ptzcal_region_init.
+/// @param error  Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNSUPPORTED for any other rig.
+///
+/// Threads: shared.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_recorded_region(
+    rig: *const ptzcal_rig,
+    region: *mut ptzcal_region,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (rig, region) = unsafe { (borrow(rig)?, SizedOut::new(region)?) };
+        let none = || Error::Unsupported { what: "the recorded region of a rig that is no recording".into() };
+        region.write(&(&rig.whole.as_ref().and_then(WholeRig::region).ok_or_else(none)?).into());
+        Ok(())
+    })
+}
+
 /// Sets up a summary: everything 0.
 ///
 /// @param summary The struct.
@@ -197,8 +232,10 @@ pub unsafe extern "C" fn ptzcal_rig_scan_region(
         };
         let (mut rig, cancel) = handle.work(options.cancel)?;
         options.cancel = cancel;
-        let mut fixed =
-            cameras.iter().map(|c| c.open(handle.simulator.as_ref())).collect::<Result<Vec<FixedCamera>>>()?;
+        let mut fixed = cameras
+            .iter()
+            .map(|c| c.open(handle.whole.as_ref(), &handle.around))
+            .collect::<Result<Vec<FixedCamera>>>()?;
         let (user, begun) = (User::new(user), Instant::now());
         let mut report = |now: &Progress<'_>| {
             let Some(callback) = progress else { return ControlFlow::Continue(()) };

@@ -2,7 +2,7 @@
 //!
 //! Options for ptzcal_rig_scan_region, and the fixed cameras that watch.
 
-use super::args::{Out, number, string};
+use super::args::{Out, number, string, string_optional};
 use super::calibration_options::distortion_model;
 use super::call::{ErrorOut, guard, guard_or};
 use super::camera::{camera_in, ptzcal_camera};
@@ -13,10 +13,10 @@ use super::error::ptzcal_error;
 use super::handle::{Exclusive, Handle, HandleOut, borrow, free};
 use super::status::ptzcal_status;
 use crate::calibrate::DistortionModel;
+use crate::device::{Address, Frame, FrameSource, Surroundings, open_frames};
 use crate::error::{Error, Result};
 use crate::geometry::Camera;
-use crate::rig::{FixedCamera, ScanOptions};
-use crate::sim::Simulator;
+use crate::rig::{FixedCamera, ScanOptions, WholeRig};
 use std::ffi::{c_char, c_void};
 use std::path::PathBuf;
 
@@ -24,8 +24,9 @@ use std::path::PathBuf;
 #[derive(Clone)]
 enum Source {
     Host(HostFrames),
-    /// A fixed camera of the rig's simulator.
-    Simulated(usize),
+    /// A fixed camera of the whole rig that the scan runs on: simulated or recorded.
+    OfRig(usize),
+    Address(Address),
 }
 
 #[derive(Clone)]
@@ -38,21 +39,27 @@ pub(super) struct Watched {
 }
 
 impl Watched {
-    pub fn open(&self, simulator: Option<&Simulator>) -> Result<FixedCamera> {
-        let (frames, width, height): (Box<dyn crate::device::FrameSource>, u32, u32) = match &self.source {
-            Source::Host(frames) => (Box::new(frames.clone()), self.width, self.height),
-            Source::Simulated(i) => {
-                let none = || Error::invalid("address", "a simulated camera, but the rig is not simulated");
-                let simulator = simulator.ok_or_else(none)?;
-                let frames = Box::new(simulator.fixed_frames(*i)?);
-                let truth = simulator.truth();
-                let camera = truth.fixed.get(*i).ok_or_else(none)?;
-                (frames, camera.width, camera.height)
+    pub fn open(&self, whole: Option<&WholeRig>, around: &Surroundings) -> Result<FixedCamera> {
+        let (frames, (width, height)): (Box<dyn FrameSource>, (u32, u32)) = match &self.source {
+            Source::Host(frames) => (Box::new(frames.clone()), (self.width, self.height)),
+            Source::OfRig(index) => {
+                let none = || Error::invalid("address", "a camera of a simulated or recorded rig, which this is not");
+                whole.ok_or_else(none)?.fixed_camera(*index)?
+            }
+            Source::Address(address) => {
+                let mut frames = open_frames(address, around)?;
+                // What the camera really gives is in its first frame.
+                let mut frame = Frame::empty();
+                frames.next_frame(around.clock.now(), FIRST_FRAME_TIMEOUT, &mut frame)?;
+                (frames, (frame.image.width, frame.image.height))
             }
         };
         Ok(FixedCamera { frames, width, height, known: self.known, distortion: self.distortion })
     }
 }
+
+/// Longest wait for the first frame of a fixed camera, seconds.
+const FIRST_FRAME_TIMEOUT: f64 = 5.0;
 
 /// How a region is scanned.
 pub struct ptzcal_scan_options(pub(super) Exclusive<Settings>);
@@ -168,7 +175,8 @@ pub unsafe extern "C" fn ptzcal_scan_options_add_camera(
 /// Adds a fixed camera by its address.
 ///
 /// @param options The options.
-/// @param address "sim:fixed/0": the first fixed camera of the rig's simulator.
+/// @param address "sim:fixed/0" or "folder:fixed/0": the first fixed camera of the rig's simulator or
+///                recording; "v4l2://...", "onvif://...": a camera of its own (docs/addresses.md).
 /// @param index   Receives the camera's number, from 0 in the order of adding; may be NULL.
 /// @param error   Receives the error; may be NULL.
 /// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_UNSUPPORTED.
@@ -187,18 +195,14 @@ pub unsafe extern "C" fn ptzcal_scan_options_add_camera_address(
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
         let (index, address) = unsafe { (IndexOut::new(index)?, string(address, "address")?) };
-        let number = match address.split_once(':') {
-            Some(("sim", path)) => path.strip_prefix("fixed/").and_then(|n| n.parse().ok()),
-            _ => return Err(Error::Unsupported { what: format!("camera address {address:?}; it knows sim:fixed/N") }),
+        let of_rig = ["sim:", "folder:"].iter().find_map(|scheme| address.strip_prefix(scheme)?.strip_prefix("fixed/"));
+        let source = match of_rig {
+            Some(number) => Source::OfRig(
+                number.parse().map_err(|_| Error::invalid("address", format!("{number:?} is no camera's number")))?,
+            ),
+            None => Source::Address(Address::parse(address)?),
         };
-        let number = number.ok_or_else(|| Error::invalid("address", format!("{address:?} is not sim:fixed/N")))?;
-        let camera = Watched {
-            source: Source::Simulated(number),
-            width: 0,
-            height: 0,
-            known: None,
-            distortion: DistortionModel::Radial1,
-        };
+        let camera = Watched { source, width: 0, height: 0, known: None, distortion: DistortionModel::Radial1 };
         // SAFETY: the caller keeps the header's rules for pointers.
         index.write(unsafe { ptzcal_scan_options::change(options, |o| o.add(camera))? });
         Ok(())
@@ -358,6 +362,39 @@ pub unsafe extern "C" fn ptzcal_scan_options_set_coarse_shots(
     })
 }
 
+/// Sets how long a device that is gone (unplugged, switched off) is waited for; the drivers of the
+/// library open theirs again when it is back. The laser is off meanwhile.
+///
+/// @param options The options.
+/// @param seconds 0 to 86400; the default is 0: the scan ends at once, and its journal keeps what it
+///                has.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_scan_options_set_reconnect(
+    options: *mut ptzcal_scan_options,
+    seconds: f64,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        if !(0.0..=86_400.0).contains(&number(seconds, "seconds")?) {
+            return Err(Error::invalid("seconds", format!("{seconds} is not in 0 to 86400")));
+        }
+        // SAFETY: the caller keeps the header's rules for pointers.
+        unsafe {
+            ptzcal_scan_options::change(options, |o| {
+                o.options.reconnect = seconds;
+                Ok(())
+            })
+        }
+    })
+}
+
 /// Sets how spots are found; region and band of the spot options are set by the scan.
 ///
 /// @param options The options.
@@ -453,10 +490,42 @@ pub unsafe extern "C" fn ptzcal_scan_options_set_journal(
         let sync = super::simulator::switch(sync)?;
         // SAFETY: the caller keeps the header's rules for pointers.
         unsafe {
-            let path = if path.is_null() { None } else { Some(PathBuf::from(string(path, "path")?)) };
+            let path = string_optional(path, "path")?.map(PathBuf::from);
             ptzcal_scan_options::change(options, |o| {
                 o.options.journal = path;
                 o.options.journal_sync = sync;
+                Ok(())
+            })
+        }
+    })
+}
+
+/// Sets a folder where all frames of the scan are written, so that it can be scanned again without the
+/// rig: open it as "folder:///path". A scan of the same region by the same rig goes on with what is
+/// recorded there already; a folder with anything else in it is never touched. docs/recordings.md
+/// tells the format.
+///
+/// @param options The options.
+/// @param path    The folder; may be NULL: none (the default).
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_scan_options_set_recording(
+    options: *mut ptzcal_scan_options,
+    path: *const c_char,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        unsafe {
+            let path = string_optional(path, "path")?.map(PathBuf::from);
+            ptzcal_scan_options::change(options, |o| {
+                o.options.record = path;
                 Ok(())
             })
         }

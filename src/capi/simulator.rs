@@ -19,7 +19,7 @@ use super::pose::ptzcal_pose;
 use super::rig_model::ptzcal_rig_model;
 use super::sized::SizedOut;
 use super::status::ptzcal_status;
-use crate::device::{Frame, FrameSource, Laser, Motion, PanTiltZoom};
+use crate::device::{Frame, FrameSource, Laser, PanTiltZoom};
 use crate::error::{Error, Result};
 use crate::sim::{SimFrames, SimLaser, SimOptions, Simulator};
 
@@ -306,12 +306,7 @@ pub unsafe extern "C" fn ptzcal_simulator_motion(
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
         let (simulator, motion) = unsafe { (borrow(simulator)?, Out::new(motion, "motion")?) };
-        motion.write(match simulator.simulator.ptz().motion()? {
-            Motion::Idle => ptzcal_motion::Idle,
-            Motion::Moving => ptzcal_motion::Moving,
-            Motion::Failed => ptzcal_motion::Failed,
-            Motion::Unknown => ptzcal_motion::Unknown,
-        } as i32);
+        motion.write(ptzcal_motion::from(simulator.simulator.ptz().motion()?) as i32);
         Ok(())
     })
 }

@@ -5,15 +5,34 @@
 //! tilt up; drivers translate. Times are seconds of the workflow's clock.
 
 mod address;
+mod angle;
+#[cfg(target_os = "linux")]
+mod gpio;
 mod io;
+mod laser_limits;
 mod link;
 mod mapped;
+pub mod onvif;
 mod open;
+pub mod pelco;
+mod poll;
+pub mod recording;
+pub mod serial;
+pub mod tcp;
+pub mod udp;
+#[cfg(all(target_os = "linux", feature = "v4l2"))]
+mod v4l2;
+pub mod visca;
 
 use std::sync::Arc;
 
 pub use address::{Address, Credentials};
+pub(crate) use angle::turned_into;
+#[cfg(target_os = "linux")]
+#[doc(hidden)]
+pub use gpio::laser_guard_main;
 pub use io::device_error;
+pub use laser_limits::{LaserLimits, OnTimes};
 pub use link::{Link, Sender};
 pub use mapped::MappedPtz;
 pub use open::{Surroundings, open_frames, open_laser, open_ptz};
@@ -166,6 +185,14 @@ pub trait Brake: Send + Sync {
 /// A laser that is on or off. An implementation also switches off when it is dropped, where it can.
 pub trait Laser: Send {
     fn set(&mut self, on: bool) -> Result<()>;
+    /// Is it still as it was set? Returns at once. An error when it went off by itself.
+    fn check(&mut self) -> Result<()> {
+        Ok(())
+    }
+    /// What the laser allows by itself; workflows keep within it.
+    fn limits(&self) -> LaserLimits {
+        LaserLimits::NONE
+    }
 }
 
 /// One frame of a camera.

@@ -38,7 +38,7 @@ fn temporary_beside(path: &Path) -> Result<PathBuf> {
 }
 
 /// The whole file, if it is no longer than `limit` bytes.
-pub(super) fn read_bounded(path: &Path, limit: u64) -> Result<Vec<u8>> {
+pub fn read_bounded(path: &Path, limit: u64) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     File::open(path).and_then(|file| file.take(limit + 1).read_to_end(&mut bytes)).map_err(|e| io_error(path, &e))?;
     if bytes.len() as u64 > limit {

@@ -10,10 +10,11 @@ pub mod model_json;
 pub mod opencv_yaml;
 pub mod picture;
 pub mod ply;
+pub mod recording_json;
 pub mod zoom_json;
 
 pub use angle_json::{AngleMapRecord, LearningRecord, read_angle_map, write_angle_map};
-pub use file::{io_error, write_atomically};
+pub use file::{io_error, read_bounded, write_atomically};
 pub use model_json::{CalibrationRecord, CameraRecord, read_camera, write_camera};
 pub use opencv_yaml::{OpenCvCamera, read_opencv_yaml, write_opencv_yaml};
 pub use picture::{read_depth, read_picture, write_png};

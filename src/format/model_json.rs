@@ -7,6 +7,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use nalgebra::{DMatrix, Matrix3, Vector2};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::ser::{Formatter, PrettyFormatter};
 
@@ -69,18 +70,23 @@ pub(super) fn text_of(file: &impl Serialize) -> Result<String> {
     String::from_utf8(text).map_err(|e| Error::Internal { reason: e.to_string() })
 }
 
-/// Reads a file's text; `name` is what errors call it.
-pub fn from_json(text: &[u8], name: &str) -> Result<CameraRecord> {
+/// Reads a file's text after its format and version are found to be `format` and `version`.
+pub(super) fn versioned<T: DeserializeOwned>(text: &[u8], name: &str, format: &str, version: u32) -> Result<T> {
     let malformed = |e: serde_json::Error| format_error(name, e.to_string());
     // Another version may hold anything else, so its number is read alone.
     let header: Header = serde_json::from_slice(text).map_err(malformed)?;
-    if header.format != FORMAT {
-        return Err(format_error(name, format!("format is '{}', not '{FORMAT}'", header.format)));
+    if header.format != format {
+        return Err(format_error(name, format!("format is '{}', not '{format}'", header.format)));
     }
-    if header.version != VERSION {
-        return Err(Error::FileVersion { path: name.into(), found: header.version, supported: VERSION });
+    if header.version != version {
+        return Err(Error::FileVersion { path: name.into(), found: header.version, supported: version });
     }
-    let file: FileSchema = serde_json::from_slice(text).map_err(malformed)?;
+    serde_json::from_slice(text).map_err(malformed)
+}
+
+/// Reads a file's text; `name` is what errors call it.
+pub fn from_json(text: &[u8], name: &str) -> Result<CameraRecord> {
+    let file: FileSchema = versioned(text, name, FORMAT, VERSION)?;
     let record = CameraRecord::try_from(file).map_err(|reason| format_error(name, reason))?;
     let checked = record.camera.validate().and(record.calibration.as_ref().map_or(Ok(()), CalibrationRecord::validate));
     checked.map_err(|e| format_error(name, e.to_string()))?;

@@ -6,8 +6,8 @@ use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use super::file::{format_error, read_bounded, write_atomically};
-use super::model_json::{DistortionSchema, Header, IntrinsicsSchema, text_of};
-use crate::error::{Error, Result};
+use super::model_json::{DistortionSchema, IntrinsicsSchema, text_of, versioned};
+use crate::error::Result;
 use crate::geometry::rig_model::LaserLine;
 use crate::geometry::zoom_curve::{ZoomCurve, ZoomNode};
 use crate::geometry::{Distortion, Intrinsics};
@@ -34,16 +34,7 @@ pub fn to_json(curve: &ZoomCurve) -> Result<String> {
 
 /// Reads a file's text; `name` is what errors call it. All that [`ZoomCurve::new`] checks is checked.
 pub fn from_json(text: &[u8], name: &str) -> Result<ZoomCurve> {
-    let malformed = |e: serde_json::Error| format_error(name, e.to_string());
-    // Another version may hold anything else, so its number is read alone.
-    let header: Header = serde_json::from_slice(text).map_err(malformed)?;
-    if header.format != FORMAT {
-        return Err(format_error(name, format!("format is '{}', not '{FORMAT}'", header.format)));
-    }
-    if header.version != VERSION {
-        return Err(Error::FileVersion { path: name.into(), found: header.version, supported: VERSION });
-    }
-    let file: FileSchema = serde_json::from_slice(text).map_err(malformed)?;
+    let file: FileSchema = versioned(text, name, FORMAT, VERSION)?;
     ZoomCurve::try_from(file).map_err(|reason| format_error(name, reason))
 }
 
@@ -72,23 +63,34 @@ struct PositionSchema {
 /// Metres, and metres per metre of depth.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct LaserSchema {
+pub(super) struct LaserSchema {
     x0: f64,
     y0: f64,
     vx: f64,
     vy: f64,
 }
 
+impl From<&LaserLine> for LaserSchema {
+    fn from(line: &LaserLine) -> Self {
+        let LaserLine { x0, y0, vx, vy } = *line;
+        Self { x0, y0, vx, vy }
+    }
+}
+
+impl From<LaserSchema> for LaserLine {
+    fn from(schema: LaserSchema) -> Self {
+        let LaserSchema { x0, y0, vx, vy } = schema;
+        Self { x0, y0, vx, vy }
+    }
+}
+
 impl From<&ZoomCurve> for FileSchema {
     fn from(curve: &ZoomCurve) -> Self {
-        let position = |n: &ZoomNode| {
-            let LaserLine { x0, y0, vx, vy } = n.laser;
-            PositionSchema {
-                zoom: n.zoom,
-                intrinsics: IntrinsicsSchema::from(&n.intrinsics),
-                distortion: DistortionSchema::from(&n.distortion),
-                laser: LaserSchema { x0, y0, vx, vy },
-            }
+        let position = |n: &ZoomNode| PositionSchema {
+            zoom: n.zoom,
+            intrinsics: IntrinsicsSchema::from(&n.intrinsics),
+            distortion: DistortionSchema::from(&n.distortion),
+            laser: LaserSchema::from(&n.laser),
         };
         let [image_width, image_height] = curve.size();
         Self {
@@ -107,12 +109,11 @@ impl TryFrom<FileSchema> for ZoomCurve {
 
     fn try_from(file: FileSchema) -> std::result::Result<Self, String> {
         let node = |p: PositionSchema| -> std::result::Result<ZoomNode, String> {
-            let LaserSchema { x0, y0, vx, vy } = p.laser;
             Ok(ZoomNode {
                 zoom: p.zoom,
                 intrinsics: Intrinsics::from(&p.intrinsics),
                 distortion: Distortion::try_from(&p.distortion)?,
-                laser: LaserLine { x0, y0, vx, vy },
+                laser: p.laser.into(),
             })
         };
         let size = file.covariance.len();

@@ -145,6 +145,17 @@ impl Fake {
         spans.fold(0.0, f64::max)
     }
 
+    /// The greatest share of any `window` seconds that the laser was on.
+    pub fn greatest_share_on(&self, window: f64) -> f64 {
+        let toggles = &self.world().toggles;
+        let spans: Vec<[f64; 2]> = toggles.windows(2).filter(|w| w[0].1 && !w[1].1).map(|w| [w[0].0, w[1].0]).collect();
+        let within = |end: f64| -> f64 {
+            spans.iter().map(|&[on, off]| (off.min(end) - on.max(end - window)).max(0.0)).sum::<f64>() / window
+        };
+        // The share rises to its peaks where light ends.
+        spans.iter().map(|&[_, off]| within(off)).fold(0.0, f64::max)
+    }
+
     pub fn parts(&self) -> RigParts {
         RigParts {
             model: model(),

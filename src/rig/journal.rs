@@ -46,7 +46,6 @@ pub(super) struct Journal {
     file: File,
     /// Bytes of the file that are whole records.
     end: u64,
-    fixed_cameras: usize,
     sync: bool,
 }
 
@@ -76,18 +75,12 @@ impl Journal {
     /// journal (it is left alone); `FileVersion`; `FileMismatch` for the journal of another scan.
     pub fn open(path: &Path, identity: &Identity, positions: usize, sync: bool) -> Result<Resumed> {
         let io = |e: std::io::Error| io_error(path, &e);
-        let journal = |file, end| Journal {
-            path: path.to_owned(),
-            file,
-            end,
-            fixed_cameras: identity.fixed_cameras as usize,
-            sync,
-        };
+        let journal = |file| Journal { path: path.to_owned(), file, end: 0, sync };
         match fs::metadata(path) {
             Err(e) if e.kind() == ErrorKind::NotFound => {
                 let file = OpenOptions::new().read(true).write(true).create_new(true).open(path).map_err(io)?;
                 lock(&file)?;
-                let mut journal = journal(file, 0);
+                let mut journal = journal(file);
                 journal.write(&header(identity))?;
                 sync_directory(path);
                 return Ok(Resumed { journal, shots: Vec::new(), repair: None });
@@ -103,7 +96,7 @@ impl Journal {
         }
         let file = OpenOptions::new().read(true).write(true).open(path).map_err(io)?;
         lock(&file)?;
-        let mut journal = journal(file, 0);
+        let mut journal = journal(file);
         let (shots, repair) = journal.read(identity, positions)?;
         Ok(Resumed { journal, shots, repair })
     }
@@ -134,36 +127,19 @@ impl Journal {
 
     /// Reads header and records, and cuts an unfinished record off.
     fn read(&mut self, identity: &Identity, positions: usize) -> Result<(Vec<Shot>, Option<JournalRepair>)> {
-        let size = record_size(self.fixed_cameras);
-        let mut reader = BufReader::new(&self.file);
-        let mut start = [0; HEADER_SIZE];
-        let length = read_up_to(&mut reader, &mut start).map_err(|e| self.io(&e))?;
-        if length < HEADER_SIZE && header(identity).starts_with(&start[..length]) {
-            // Killed while it was started: there is no shot to lose.
-            self.rewind_to(0)?;
-            self.write(&header(identity))?;
-            let repair = (length > 0).then_some(JournalRepair { kept: 0, damaged: 0, cut_bytes: length as u64 });
-            return Ok((Vec::new(), repair));
+        match content(&mut BufReader::new(&self.file), &self.path, identity, positions)? {
+            Content::Unstarted { cut_bytes } => {
+                self.rewind_to(0)?;
+                self.write(&header(identity))?;
+                Ok((Vec::new(), (cut_bytes > 0).then_some(JournalRepair { kept: 0, damaged: 0, cut_bytes })))
+            }
+            Content::Shots { shots, damaged, cut_bytes, end } => {
+                self.rewind_to(end)?;
+                let kept = shots.len();
+                let repair = (damaged > 0 || cut_bytes > 0).then_some(JournalRepair { kept, damaged, cut_bytes });
+                Ok((shots, repair))
+            }
         }
-        self.check_header(&start[..length], identity)?;
-        let (mut shots, mut seen) = (Vec::new(), vec![false; positions]);
-        let (mut damaged, mut end) = (0, HEADER_SIZE as u64);
-        let mut record = vec![0; size];
-        let cut_bytes = loop {
-            let length = read_up_to(&mut reader, &mut record).map_err(|e| self.io(&e))?;
-            if length < size {
-                break length as u64;
-            }
-            end += size as u64;
-            match decode(&record).filter(|shot| (shot.index as usize) < positions) {
-                // A position measured again after damage is in the file once.
-                Some(shot) if !std::mem::replace(&mut seen[shot.index as usize], true) => shots.push(shot),
-                _ => damaged += 1,
-            }
-        };
-        self.rewind_to(end)?;
-        let repair = (damaged > 0 || cut_bytes > 0).then_some(JournalRepair { kept: shots.len(), damaged, cut_bytes });
-        Ok((shots, repair))
     }
 
     fn rewind_to(&mut self, end: u64) -> Result<()> {
@@ -171,36 +147,68 @@ impl Journal {
         let done = self.file.set_len(end).and_then(|()| self.file.seek(SeekFrom::Start(end)));
         done.map(|_| ()).map_err(|e| self.io(&e))
     }
+}
 
-    fn check_header(&self, found: &[u8], identity: &Identity) -> Result<()> {
-        let path = || self.path.display().to_string();
-        let format = |reason: &str| Error::FileFormat { path: path(), reason: reason.into() };
-        if !found.starts_with(MAGIC) || found.len() < HEADER_SIZE {
-            return Err(format("not a scan journal"));
-        }
-        let mut fields = Fields(&found[MAGIC.len()..]);
-        let (version, fixed_cameras) = (fields.u32(), fields.u32());
-        if version != VERSION {
-            return Err(Error::FileVersion { path: path(), found: version, supported: VERSION });
-        }
-        if crc32(&found[..HEADER_SIZE - 4]).to_le_bytes() != found[HEADER_SIZE - 4..] {
-            return Err(format("the journal's header is damaged"));
-        }
-        let differs = |what: &str| {
-            Err(Error::FileMismatch { path: path(), reason: format!("the journal of another scan: {what}") })
-        };
-        if fixed_cameras != identity.fixed_cameras {
-            return differs(&format!("{fixed_cameras} fixed cameras instead of {}", identity.fixed_cameras));
-        }
-        let named =
-            [("region", identity.region), ("rig model", identity.model), ("options or cameras", identity.options)];
-        for (what, wanted) in named {
-            if fields.u64() != wanted {
-                return differs(&format!("its {what} differ"));
-            }
-        }
-        Ok(())
+/// What a journal holds.
+#[derive(Debug)]
+enum Content {
+    /// Killed while it was started: there is no shot to lose.
+    Unstarted { cut_bytes: u64 },
+    /// `end`: length of the header and whole records.
+    Shots { shots: Vec<Shot>, damaged: usize, cut_bytes: u64, end: u64 },
+}
+
+fn content(reader: &mut impl Read, path: &Path, identity: &Identity, positions: usize) -> Result<Content> {
+    let io = |e: std::io::Error| io_error(path, &e);
+    let mut start = [0; HEADER_SIZE];
+    let length = read_up_to(reader, &mut start).map_err(io)?;
+    if length < HEADER_SIZE && header(identity).starts_with(&start[..length]) {
+        return Ok(Content::Unstarted { cut_bytes: length as u64 });
     }
+    check_header(&start[..length], path, identity)?;
+    let (mut shots, mut seen) = (Vec::new(), vec![false; positions]);
+    let (mut damaged, mut end) = (0, HEADER_SIZE as u64);
+    let mut record = vec![0; record_size(identity.fixed_cameras as usize)];
+    loop {
+        let length = read_up_to(reader, &mut record).map_err(io)?;
+        if length < record.len() {
+            return Ok(Content::Shots { shots, damaged, cut_bytes: length as u64, end });
+        }
+        end += length as u64;
+        match decode(&record).filter(|shot| (shot.index as usize) < positions) {
+            // A position measured again after damage is in the file once.
+            Some(shot) if !std::mem::replace(&mut seen[shot.index as usize], true) => shots.push(shot),
+            _ => damaged += 1,
+        }
+    }
+}
+
+fn check_header(found: &[u8], path: &Path, identity: &Identity) -> Result<()> {
+    let path = || path.display().to_string();
+    let format = |reason: &str| Error::FileFormat { path: path(), reason: reason.into() };
+    if !found.starts_with(MAGIC) || found.len() < HEADER_SIZE {
+        return Err(format("not a scan journal"));
+    }
+    let mut fields = Fields(&found[MAGIC.len()..]);
+    let (version, fixed_cameras) = (fields.u32(), fields.u32());
+    if version != VERSION {
+        return Err(Error::FileVersion { path: path(), found: version, supported: VERSION });
+    }
+    if crc32(&found[..HEADER_SIZE - 4]).to_le_bytes() != found[HEADER_SIZE - 4..] {
+        return Err(format("the journal's header is damaged"));
+    }
+    let differs =
+        |what: &str| Err(Error::FileMismatch { path: path(), reason: format!("the journal of another scan: {what}") });
+    if fixed_cameras != identity.fixed_cameras {
+        return differs(&format!("{fixed_cameras} fixed cameras instead of {}", identity.fixed_cameras));
+    }
+    let named = [("region", identity.region), ("rig model", identity.model), ("options or cameras", identity.options)];
+    for (what, wanted) in named {
+        if fields.u64() != wanted {
+            return differs(&format!("its {what} differ"));
+        }
+    }
+    Ok(())
 }
 
 fn header(identity: &Identity) -> Vec<u8> {

@@ -1,9 +1,10 @@
 //! Laser safety: whatever happens, the laser ends up off, or somebody hears about it.
 //!
 //! Only [`LaserControl`] talks to the laser. It lights it for the life of a [`LaserGuard`], refuses
-//! while the head moves and after an emergency stop, limits how long it stays on, and repeats a
-//! failed "off" before it reports it. Software alone promises nothing when the process is killed or
-//! the host never calls again: hardware (a one-shot, a pull-down) has to.
+//! while the head moves and after an emergency stop, limits how long and how often it is on, and
+//! repeats a failed "off" before it reports it. Behind a callback it promises nothing when the process
+//! is killed or the host never calls again: a laser on a GPIO line has a guard process for that
+//! (`gpio://` addresses), others need hardware (a one-shot, a pull-down).
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,17 +12,17 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread::ThreadId;
 use std::time::{Duration, Instant};
 
-use crate::control::{Clock, Log, LogLevel};
-use crate::device::Laser;
+use crate::control::{Cancel, Clock, Log, LogLevel};
+use crate::device::{Laser, LaserLimits, OnTimes};
 use crate::error::{Error, Result};
 
-/// Default of the longest time the laser stays on, seconds.
-pub const DEFAULT_MAX_ON: f64 = 2.0;
 /// A failed "off" is repeated this often, with this pause (seconds) before each.
 const OFF_RETRIES: usize = 3;
 const OFF_PAUSE: f64 = 0.02;
 /// How long an emergency stop waits for a laser call of another thread.
 const EMERGENCY_WAIT: Duration = Duration::from_secs(1);
+/// How late a wait for the laser's share of time hears of a cancel, seconds.
+const SLICE: f64 = 0.1;
 
 /// The only way to the laser. Clones share the laser; any thread may use them.
 #[derive(Clone)]
@@ -35,13 +36,12 @@ struct Shared {
     state: Mutex<State>,
     clock: Arc<dyn Clock>,
     log: Log,
-    max_on: f64,
 }
 
 struct State {
     laser: Box<dyn Laser>,
-    /// Since when (clock seconds) it is on, for all we know.
-    on_since: Option<f64>,
+    /// When (clock seconds) it is on, for all we know.
+    times: OnTimes,
     /// Counts on-periods, so that a guard only ends its own.
     period: u64,
     refusal: Option<&'static str>,
@@ -57,19 +57,17 @@ fn refused(reason: impl Into<String>) -> Error {
 }
 
 impl LaserControl {
-    /// Takes over a laser and switches it off. `max_on`: longest time on, seconds.
-    pub fn new(laser: Box<dyn Laser>, clock: Arc<dyn Clock>, log: Log, max_on: f64) -> Result<Self> {
-        if !(max_on > 0.0 && max_on <= 3600.0) {
-            return Err(Error::invalid("laser_max_on", format!("{max_on} s is not in (0, 3600]")));
-        }
-        let state = State { laser, on_since: None, period: 0, refusal: None, fault: None };
+    /// Takes over a laser and switches it off. The laser's own limits count as well.
+    pub fn new(laser: Box<dyn Laser>, clock: Arc<dyn Clock>, log: Log, limits: &LaserLimits) -> Result<Self> {
+        limits.validate()?;
+        let times = OnTimes::new(limits.stricter(&laser.limits()));
+        let state = State { laser, times, period: 0, refusal: None, fault: None };
         let control = Self(Arc::new(Shared {
             emergency: AtomicBool::new(false),
             holder: Mutex::new(None),
             state: Mutex::new(state),
             clock,
             log,
-            max_on,
         }));
         control.0.lock().switch_off()?;
         Ok(control)
@@ -78,8 +76,8 @@ impl LaserControl {
     /// Switches the laser on until the guard is dropped.
     ///
     /// # Errors
-    /// `LaserRefused` after an emergency stop, while the head moves, after a failed "off", when
-    /// closed; `Busy` while another guard is alive; the device's own error, with the laser off.
+    /// `LaserRefused` after an emergency stop, while the head moves, after a failed "off", when its
+    /// share of time is used up, when closed; `Busy` while another guard is alive; the device's own error, with the laser off.
     pub fn light(&self) -> Result<LaserGuard> {
         let mut held = self.0.lock();
         self.check_emergency()?;
@@ -89,12 +87,16 @@ impl LaserControl {
         if let Some(fault) = &held.state.fault {
             return Err(refused(fault.to_string()));
         }
-        if held.state.on_since.is_some() {
+        if held.is_on() {
             return Err(Error::Busy { what: "the laser" });
+        }
+        let now = self.0.clock.now();
+        if let Some(reason) = held.state.times.refusal(now) {
+            return Err(refused(reason));
         }
         held.state.period += 1;
         // Before the call: if it fails or panics, the laser may be on.
-        held.state.on_since = Some(self.0.clock.now());
+        held.state.times.begin(now);
         if let Err(error) = held.state.laser.set(true).and_then(|()| self.check_emergency()) {
             held.switch_off()?;
             return Err(error);
@@ -140,22 +142,36 @@ impl LaserControl {
     /// Is the laser on, or not known to be off?
     pub fn is_on(&self) -> bool {
         let held = self.0.lock();
-        held.state.on_since.is_some() || held.state.fault.is_some()
+        held.is_on() || held.state.fault.is_some()
     }
 
     /// Switches off, whoever lit it.
     pub fn off(&self) -> Result<()> {
         let mut held = self.0.lock();
-        if held.state.on_since.is_some() || held.state.fault.is_some() { held.switch_off() } else { Ok(()) }
+        if held.is_on() || held.state.fault.is_some() { held.switch_off() } else { Ok(()) }
     }
 
-    /// Switches off a laser that is on for longer than allowed. Workflows call this whenever they
-    /// regain control; a host may call it from a timer of its own.
+    /// Switches off a laser that is on for longer than allowed, or that is no longer as it was set.
+    /// Workflows call this whenever they regain control; a host may call it from a timer of its own.
     pub fn enforce(&self) -> Result<()> {
         let mut held = self.0.lock();
-        match held.state.on_since {
-            Some(since) if self.0.clock.now() - since >= self.0.max_on => held.switch_off(),
-            _ => Ok(()),
+        if held.is_on() && (held.state.laser.check().is_err() || held.state.times.left(self.0.clock.now()) <= 0.0) {
+            held.switch_off()?;
+        }
+        Ok(())
+    }
+
+    /// Lets time pass until the laser's share of it allows to light it.
+    pub(super) fn wait_until_allowed(&self, cancel: &Cancel) -> Result<()> {
+        loop {
+            cancel.check()?;
+            self.check_emergency()?;
+            // Not under the lock: an emergency stop must not wait.
+            let wait = self.0.lock().state.times.wait(self.0.clock.now());
+            if wait <= 0.0 {
+                return Ok(());
+            }
+            self.0.clock.sleep(wait.min(SLICE));
         }
     }
 
@@ -219,6 +235,10 @@ struct Held<'a> {
 }
 
 impl Held<'_> {
+    fn is_on(&self) -> bool {
+        self.state.times.since().is_some()
+    }
+
     fn switch_off(&mut self) -> Result<()> {
         let mut reason = String::new();
         for attempt in 0..=OFF_RETRIES {
@@ -229,7 +249,7 @@ impl Held<'_> {
             // A driver that panics here must not stop the retries, nor abort while unwinding.
             match catch_unwind(AssertUnwindSafe(|| laser.set(false))) {
                 Ok(Ok(())) => {
-                    self.state.on_since = None;
+                    self.state.times.end(self.shared.clock.now());
                     self.state.fault = None;
                     return Ok(());
                 }
@@ -249,7 +269,7 @@ impl Held<'_> {
 impl Drop for Held<'_> {
     fn drop(&mut self) {
         let emergency = self.shared.emergency.load(Ordering::SeqCst);
-        if self.state.on_since.is_some() && self.state.fault.is_none() && (emergency || std::thread::panicking()) {
+        if self.is_on() && self.state.fault.is_none() && (emergency || std::thread::panicking()) {
             // A failure is kept in `fault` and logged.
             let _ = self.switch_off();
         }
@@ -268,21 +288,31 @@ impl LaserGuard {
     /// Seconds that the laser may still stay on.
     ///
     /// # Errors
-    /// `DeviceTimeout` when its longest time on is over (it goes off), `LaserRefused` when it was
-    /// switched off by others: an emergency stop. A frame taken meanwhile is not to be trusted.
+    /// `DeviceTimeout` when its longest time on is over (it goes off), `LaserRefused` when its share
+    /// of time is used up or it was switched off by others: an emergency stop, a guard; the device's
+    /// own when it is lost. A frame taken meanwhile is not to be trusted.
     pub fn time_left(&self) -> Result<f64> {
         let shared = &self.control.0;
         let mut held = shared.lock();
         self.control.check_emergency()?;
-        let Some(since) = held.state.on_since.filter(|_| held.state.period == self.period) else {
+        let Some(since) = held.state.times.since().filter(|_| held.state.period == self.period) else {
             return Err(refused("it was switched off meanwhile"));
         };
-        let left = shared.max_on - (shared.clock.now() - since);
+        if let Err(error) = held.state.laser.check() {
+            held.switch_off()?;
+            return Err(error);
+        }
+        let now = shared.clock.now();
+        let left = held.state.times.left(now);
         if left > 0.0 {
             return Ok(left);
         }
+        let LaserLimits { max_on, duty, window } = *held.state.times.limits();
         held.switch_off()?;
-        Err(Error::DeviceTimeout { what: "frame while the laser may be on", seconds: shared.max_on })
+        if now - since >= max_on {
+            return Err(Error::DeviceTimeout { what: "frame while the laser may be on", seconds: max_on });
+        }
+        Err(refused(format!("it was on for {duty} of the last {window} s")))
     }
 
     /// Switches off and says so when that failed.
@@ -294,7 +324,7 @@ impl LaserGuard {
         let mut held = self.control.0.lock();
         let mine = held.state.period == self.period;
         // After a failed attempt each chance is used again.
-        if mine && held.state.on_since.is_some() { held.switch_off() } else { Ok(()) }
+        if mine && held.is_on() { held.switch_off() } else { Ok(()) }
     }
 }
 

@@ -18,6 +18,7 @@ pub mod scan;
 pub mod settle;
 pub mod shot;
 pub(crate) mod stillness;
+pub mod whole;
 
 use std::sync::Arc;
 
@@ -33,9 +34,10 @@ pub use region::ScanRegion;
 pub use scan::{Phase, Progress, ScanOptions, scan_region};
 pub use settle::SettleOptions;
 pub use shot::{Miss, Scan, ScanCounts, ScanEnd, ScanPoint, Shot, Sighting};
+pub use whole::WholeRig;
 
 use crate::control::{Cancel, Clock, Log};
-use crate::device::{Frame, FrameSource, Laser, PanTiltZoom, PtzCapabilities, PtzPosition};
+use crate::device::{Brake, Frame, FrameSource, Laser, LaserLimits, PanTiltZoom, PtzCapabilities, PtzPosition};
 use crate::error::{Error, Result};
 use crate::geometry::RigModel;
 
@@ -57,11 +59,22 @@ pub struct RigOptions {
     pub frames: FrameOptions,
     /// Longest time that the laser stays on, seconds.
     pub laser_max_on: f64,
+    /// Greatest share of any `laser_duty_window` seconds that the laser is on; 1 is no limit. Scans
+    /// wait when it is used up.
+    pub laser_duty: f64,
+    /// Seconds.
+    pub laser_duty_window: f64,
 }
 
 impl Default for RigOptions {
     fn default() -> Self {
-        Self { settle: SettleOptions::default(), frames: FrameOptions::default(), laser_max_on: laser::DEFAULT_MAX_ON }
+        Self {
+            settle: SettleOptions::default(),
+            frames: FrameOptions::default(),
+            laser_max_on: LaserLimits::DEFAULT_MAX_ON,
+            laser_duty: 1.0,
+            laser_duty_window: LaserLimits::DEFAULT_WINDOW,
+        }
     }
 }
 
@@ -93,7 +106,9 @@ impl Rig {
     pub fn open(parts: RigParts, options: RigOptions) -> Result<Self> {
         let RigParts { model, ptz, laser, frames, clock, log } = parts;
         // First of all, whatever else may be wrong.
-        let laser = LaserControl::new(laser, clock.clone(), log.clone(), options.laser_max_on)?;
+        let limits =
+            LaserLimits { max_on: options.laser_max_on, duty: options.laser_duty, window: options.laser_duty_window };
+        let laser = LaserControl::new(laser, clock.clone(), log.clone(), &limits)?;
         model.validate()?;
         model.head_camera(0.0, 0.0).check_lens()?;
         options.settle.validate()?;
@@ -122,6 +137,11 @@ impl Rig {
 
     pub fn capabilities(&self) -> &PtzCapabilities {
         &self.capabilities
+    }
+
+    /// The head's brake, where it has one: stops it from any thread, beside another call.
+    pub fn brake(&self) -> Option<Arc<dyn Brake>> {
+        self.ptz.brake()
     }
 
     /// The laser's control, for an emergency stop from any thread.
@@ -217,7 +237,7 @@ impl Drop for Rig {
 }
 
 /// Refuses angles (device readings, radians) that the head cannot reach.
-pub(super) fn check_reach(capabilities: &PtzCapabilities, pan: f64, tilt: f64) -> Result<()> {
+pub(crate) fn check_reach(capabilities: &PtzCapabilities, pan: f64, tilt: f64) -> Result<()> {
     for (name, angle, [low, high]) in [("pan", pan, capabilities.pan_range), ("tilt", tilt, capabilities.tilt_range)] {
         if !angle.is_finite() {
             return Err(Error::NotFinite { name, index: 0 });

@@ -18,7 +18,9 @@ use crate::calibrate::{CalibrationOptions, calibrate_camera};
 use crate::control::{Cancel, LogLevel};
 use crate::detect::spot::{Band, SpotOptions, detect_spot};
 use crate::device::PtzCapabilities;
+use crate::device::recording::Recorder;
 use crate::error::{Error, Result};
+use crate::format::recording_json::{RecordedRegion, RecordingInfo};
 
 /// How a region is scanned.
 #[derive(Debug, Clone)]
@@ -30,6 +32,9 @@ pub struct ScanOptions {
     pub coarse_shots: u32,
     /// How often a position is tried when a device fails.
     pub attempts: u32,
+    /// How long a device that is gone (unplugged, switched off) is waited for, seconds. Drivers of the
+    /// library open their device again; 0: the scan ends at once.
+    pub reconnect: f64,
     /// From a toggle's return until the light has changed, seconds.
     pub laser_latency: f64,
     /// How spots are found; region and band are set by the scan.
@@ -40,6 +45,9 @@ pub struct ScanOptions {
     pub journal: Option<PathBuf>,
     /// Wait for the disk at each shot, so that a power cut loses none either.
     pub journal_sync: bool,
+    /// A folder where all frames are written, to be scanned again without the rig
+    /// ([`crate::device::recording`]); what a scan of the same region has recorded there is kept.
+    pub record: Option<PathBuf>,
     pub cancel: Cancel,
 }
 
@@ -49,14 +57,24 @@ impl Default for ScanOptions {
             frames_per_state: 1,
             coarse_shots: 80,
             attempts: 3,
+            reconnect: 0.0,
             laser_latency: 0.0,
             spot: SpotOptions::default(),
             gate: GateOptions::default(),
             journal: None,
             journal_sync: true,
+            record: None,
             cancel: Cancel::new(),
         }
     }
+}
+
+/// Between two looks for a lost device, seconds.
+const RECONNECT_PAUSE: f64 = 1.0;
+
+/// Is a device gone that may come back?
+fn is_lost(error: &Error) -> bool {
+    matches!(error, Error::DeviceLost { .. } | Error::DeviceNotFound { .. })
 }
 
 /// A calibration is not tried again with fewer than twice as many shots.
@@ -72,6 +90,9 @@ impl ScanOptions {
         }
         if self.attempts == 0 {
             return Err(Error::invalid("attempts", "at least 1"));
+        }
+        if !(0.0..=86_400.0).contains(&self.reconnect) {
+            return Err(Error::invalid("reconnect", format!("{} s is not in [0, 86400]", self.reconnect)));
         }
         if !(0.0..=10.0).contains(&self.laser_latency) {
             return Err(Error::invalid("laser_latency", format!("{} s is not in [0, 10]", self.laser_latency)));
@@ -114,8 +135,8 @@ pub struct Progress<'a> {
 ///
 /// # Errors
 /// Only before anything moves: arguments that make no sense, a region out of the head's reach
-/// (`Unreachable`), and a journal that cannot be opened or belongs to something else (`FileIo`,
-/// `FileFormat`, `FileVersion`, `FileMismatch`).
+/// (`Unreachable`), and a journal or recording that cannot be opened or belongs to something else
+/// (`FileIo`, `FileFormat`, `FileVersion`, `FileMismatch`, `DiskFull`).
 pub fn scan_region(
     rig: &mut Rig,
     region: &ScanRegion,
@@ -143,6 +164,8 @@ pub fn scan_region(
         rig.log.write(LogLevel::Warning, || format!("the journal was damaged and has been mended: {repair:?}"));
     }
     shots.iter_mut().for_each(|shot| shot.locate(&rig.model));
+    let recorder = options.record.as_ref().map(|folder| Recorder::open(folder, &recording_info(region, rig, fixed)));
+    let recorder = recorder.transpose()?;
 
     let scan = Scan {
         region: *region,
@@ -159,8 +182,19 @@ pub fn scan_region(
     let start = rig.clock.now();
     let halt = Halt(rig);
     let tried_with = vec![0; fixed.len()];
-    let mut scanner =
-        Scanner { rig: &mut *halt.0, fixed, options, head_band, gates, exposures, journal, scan, tried_with, start };
+    let mut scanner = Scanner {
+        rig: &mut *halt.0,
+        fixed,
+        options,
+        head_band,
+        gates,
+        exposures,
+        journal,
+        recorder,
+        scan,
+        tried_with,
+        start,
+    };
     let end = match scanner.run(&order, coarse, progress) {
         Ok(ControlFlow::Continue(())) => ScanEnd::Complete,
         Ok(ControlFlow::Break(())) => ScanEnd::Stopped,
@@ -194,6 +228,7 @@ struct Scanner<'a> {
     gates: Vec<Gate>,
     exposures: Exposures,
     journal: Option<Journal>,
+    recorder: Option<Recorder>,
     scan: Scan,
     /// Shots with which each fixed camera could not be calibrated.
     tried_with: Vec<usize>,
@@ -255,10 +290,10 @@ impl Scanner<'_> {
         })
     }
 
-    /// Takes a shot, again when a device fails and may recover. Between attempts the laser is off and
-    /// the head stands.
+    /// Takes a shot, again when a device fails and may recover, and when a lost one comes back. Between
+    /// attempts the laser is off and the head stands, where it can be told to.
     fn take(&mut self, index: u32) -> Result<Shot> {
-        let mut attempt = 1;
+        let (mut attempt, mut lost_since) = (1, None);
         loop {
             self.options.cancel.check()?;
             self.rig.laser.check_emergency()?;
@@ -266,14 +301,38 @@ impl Scanner<'_> {
                 Ok(shot) => return Ok(shot),
                 Err(error) => error,
             };
-            let may_recover = matches!(error, Error::Device { .. } | Error::DeviceTimeout { .. });
             let stopped = self.rig.stop();
+            if self.options.reconnect > 0.0 && is_lost(&error) && self.rig.laser.fault().is_none() {
+                let now = self.rig.clock.now();
+                let since = *lost_since.get_or_insert(now);
+                if now - since < self.options.reconnect {
+                    self.rig.log.write(LogLevel::Warning, || format!("position {index}: {error}; waiting for it"));
+                    self.pause(RECONNECT_PAUSE)?;
+                    continue;
+                }
+            }
+            let may_recover = matches!(
+                error,
+                Error::Device { .. }
+                    | Error::DeviceTimeout { .. }
+                    | Error::DeviceGarbled { .. }
+                    | Error::DeviceRefused { .. }
+            );
             if attempt == self.options.attempts || !may_recover || stopped.is_err() {
                 return Err(error);
             }
             self.rig.log.write(LogLevel::Warning, || format!("position {index}, attempt {attempt}: {error}"));
             attempt += 1;
         }
+    }
+
+    /// Lets time pass, and hears a cancel meanwhile.
+    fn pause(&self, seconds: f64) -> Result<()> {
+        for _ in 0..10 {
+            self.options.cancel.check()?;
+            self.rig.clock.sleep(0.1 * seconds);
+        }
+        Ok(())
     }
 
     fn try_shot(&mut self, index: u32) -> Result<Shot> {
@@ -283,6 +342,7 @@ impl Scanner<'_> {
         if self.scan.shots.first().is_some_and(|first| (first.zoom - position.zoom).abs() > 1e-3) {
             return Err(Error::Device { reason: "the zoom has changed: the rig's model does not hold".into() });
         }
+        self.rig.laser.wait_until_allowed(&self.options.cancel)?;
         self.exposures.take_off(self.rig, self.fixed, &self.options.cancel)?;
         let light = self.rig.laser.light()?;
         let time = self.rig.clock.now();
@@ -293,6 +353,11 @@ impl Scanner<'_> {
         let [pan_tolerance, tilt_tolerance] = self.rig.tolerances();
         if (after.pan - position.pan).abs() > pan_tolerance || (after.tilt - position.tilt).abs() > tilt_tolerance {
             return Err(Error::Device { reason: "the head was moved during a shot".into() });
+        }
+        if let Some(recorder) = &mut self.recorder {
+            let views = |camera| self.exposures.views(camera).map(|(on, off)| (off, on));
+            let frames = (0..=self.fixed.len()).map(views).collect::<Result<Vec<_>>>()?;
+            recorder.add(position, &frames)?;
         }
         let mut shot = Shot {
             index,
@@ -456,6 +521,21 @@ fn identity(region: &ScanRegion, model: &RigModel, options: &ScanOptions, fixed:
             .numbers(&[e.pan_zero, e.pan_scale, e.tilt_zero, e.tilt_scale])
             .finish(),
         options: settings.finish(),
+    }
+}
+
+/// What a recording of the scan holds.
+fn recording_info(region: &ScanRegion, rig: &Rig, fixed: &[FixedCamera]) -> RecordingInfo {
+    let ScanRegion { pan, tilt, pan_steps, tilt_steps } = *region;
+    let head = (rig.model.width, rig.model.height);
+    RecordingInfo {
+        rig: rig.model,
+        pan_range: rig.capabilities.pan_range,
+        tilt_range: rig.capabilities.tilt_range,
+        pan_step: rig.capabilities.pan_step,
+        tilt_step: rig.capabilities.tilt_step,
+        region: RecordedRegion { pan, tilt, pan_steps, tilt_steps },
+        cameras: std::iter::once(head).chain(fixed.iter().map(|c| (c.width, c.height))).collect(),
     }
 }
 

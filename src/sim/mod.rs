@@ -22,6 +22,7 @@
 //! # Ok::<(), ptzcal::Error>(())
 //! ```
 
+mod clock;
 mod devices;
 mod encode;
 mod motion;
@@ -32,11 +33,13 @@ mod scene;
 mod sensor;
 mod spot;
 mod texture;
+pub mod visca_device;
 mod world;
 
 #[cfg(test)]
 mod tests;
 
+pub use clock::{ScaledClock, VirtualClock};
 pub use devices::{SimClock, SimFrames, SimLaser, SimPtz};
 pub use options::{Faults, SimOptions};
 
@@ -46,10 +49,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::control::Clock;
+use crate::control::{Clock, Log};
+use crate::device::PanTiltZoom;
 use crate::error::{Error, Result};
 use crate::geometry::{Camera, RigModel, Rigid};
 use sensor::{NoiseTable, Sensor};
+use visca_device::{EmulatorOptions, ViscaDevice};
 use world::{CameraId, World};
 
 /// A simulated rig. Clones share the same rig.
@@ -59,6 +64,8 @@ pub struct Simulator(Arc<Shared>);
 /// What the devices share. The world's lock is never taken while a sensor's is held.
 struct Shared {
     world: Mutex<World>,
+    /// In real time.
+    pace: Option<ScaledClock>,
     head: Mutex<Sensor>,
     fixed: Vec<Mutex<Sensor>>,
     frames: AtomicU64,
@@ -88,8 +95,11 @@ pub struct SpotTruth {
 impl Simulator {
     /// # Errors
     /// `InvalidArgument` for options out of range.
-    pub fn new(options: SimOptions) -> Result<Self> {
+    pub fn new(mut options: SimOptions) -> Result<Self> {
         options.validate()?;
+        if options.visca.is_some() {
+            options.step = 0.0;
+        }
         let world = World::new(&options);
         let head_camera = world.head_camera([0.0; 2]);
         let widest = world.fixed.iter().map(|c| c.width).fold(head_camera.width, u32::max);
@@ -97,11 +107,25 @@ impl Simulator {
         let sensor = |camera: &Camera| Sensor::new(camera, &options, noise.clone()).map(Mutex::new);
         let head = sensor(&head_camera)?;
         let fixed = world.fixed.iter().map(sensor).collect::<Result<_>>()?;
-        Ok(Self(Arc::new(Shared { world: Mutex::new(world), head, fixed, frames: AtomicU64::new(0) })))
+        let pace = (options.real_time > 0.0).then(|| ScaledClock::new(options.real_time));
+        Ok(Self(Arc::new(Shared { world: Mutex::new(world), pace, head, fixed, frames: AtomicU64::new(0) })))
     }
 
     pub fn ptz(&self) -> SimPtz {
         SimPtz(self.0.clone())
+    }
+
+    /// The head as the options have it: with `visca` an emulated camera and the library's driver, which
+    /// talk to each other in bytes over a serial line in memory; else the same as [`ptz`](Self::ptz).
+    ///
+    /// # Errors
+    /// The driver's.
+    pub fn open_ptz(&self, log: Log) -> Result<Box<dyn PanTiltZoom>> {
+        let model = self.0.world().options.visca;
+        let Some(model) = model else { return Ok(Box::new(self.ptz())) };
+        let seed = self.0.world().options.seed;
+        let options = EmulatorOptions { models: vec![model], seed, ..EmulatorOptions::default() };
+        Ok(Box::new(ViscaDevice::with_simulator(&options, self)?.head(1, Some(model), log)?))
     }
 
     pub fn laser(&self) -> SimLaser {
@@ -180,7 +204,38 @@ impl fmt::Debug for Simulator {
 
 impl Shared {
     fn world(&self) -> MutexGuard<'_, World> {
-        self.world.lock().unwrap_or_else(PoisonError::into_inner)
+        let mut world = self.world.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(pace) = &self.pace {
+            world.now = world.now.max(pace.now());
+        }
+        world
+    }
+
+    /// Lets time pass until a moment: at once, or in real time, with the world free for others.
+    fn pass<'a>(&'a self, mut world: MutexGuard<'a, World>, until: f64) -> MutexGuard<'a, World> {
+        let Some(pace) = &self.pace else {
+            world.now = world.now.max(until);
+            return world;
+        };
+        drop(world);
+        pace.sleep(until - pace.now());
+        self.world()
+    }
+
+    /// Every call of the head comes through here.
+    fn call_ptz(&self) -> Result<MutexGuard<'_, World>> {
+        let mut world = self.world();
+        let called = world.call_ptz();
+        let until = world.now + world::PTZ_CALL;
+        let world = self.pass(world, until);
+        called.map(|()| world)
+    }
+
+    fn set_laser(&self, on: bool) -> Result<()> {
+        let mut world = self.world();
+        let switched = world.set_laser(on)?;
+        drop(self.pass(world, switched));
+        Ok(())
     }
 
     fn sensor(&self, camera: CameraId) -> MutexGuard<'_, Sensor> {

@@ -90,22 +90,33 @@ impl HeadMotion {
 
     /// Starts a move to (pan, tilt), rounded to whole steps; `errors` are those of its rest position.
     pub fn start(&mut self, now: f64, target: [f64; 2], errors: [f64; 2]) {
+        self.start_at_speed(now, target, [self.speed; 2], errors);
+    }
+
+    /// The same, each axis at its own speed (radians per second); one of speed 0 stays where it is.
+    /// Moves that were to begin later are forgotten. Says when both axes are there.
+    pub fn start_at_speed(&mut self, now: f64, target: [f64; 2], speed: [f64; 2], errors: [f64; 2]) -> f64 {
+        while self.moves.len() > 1 && self.moves.back().is_some_and(|m| m.begin > now) {
+            self.moves.pop_back();
+        }
         let last = *self.current(now);
         let since = now - last.begin;
         let axes = std::array::from_fn(|k| {
-            let (old, to) = (last.axes[k], self.round(target[k]));
+            let old = last.axes[k];
             let from = old.motor(since);
+            let to = self.round(if speed[k] > 0.0 { target[k] } else { from });
             let error = old.error[0] + (old.error[1] - old.error[0]) * old.progress(since);
             Axis {
                 from,
                 to,
-                duration: (to - from).abs() / self.speed,
+                duration: (to - from).abs() / if speed[k] > 0.0 { speed[k] } else { self.speed },
                 start: old.start.clamp(from, from + self.backlash),
                 // An axis that does not turn rests where it was.
                 error: [error, if to == from { error } else { errors[k] }],
             }
         });
         self.moves.push_back(Move { begin: now, axes });
+        now + axes.iter().fold(0.0, |longest: f64, a: &Axis| longest.max(a.duration))
     }
 
     /// Stops at the steps next to where the motors are.
@@ -222,6 +233,17 @@ mod tests {
         h.start(20.0, [0.4, 0.1], [0.0; 2]);
         assert!((h.head(30.0)[0] - h.reading(30.0)[0]).abs() < 1e-12);
         assert!((h.head(30.0)[1] - rest[1]).abs() < 1e-12);
+    }
+
+    #[test]
+    fn each_axis_has_its_own_speed_and_a_move_of_the_future_can_be_overtaken() {
+        let mut h = head();
+        let arrival = h.start_at_speed(0.0, [1.0, 1.0], [0.5, 0.0], [0.0; 2]);
+        assert!((arrival - 2.0).abs() < 0.01, "{arrival}");
+        assert!((h.reading(1.0)[0] - 0.5).abs() < 2e-3 && h.reading(5.0)[1] == 0.0);
+        h.start(8.0, [-1.0, 0.0], [0.0; 2]);
+        h.stop(6.0);
+        assert_eq!(h.reading(20.0), h.reading(5.0));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! What a simulated rig is like, and its address `sim:room?key=value&...`.
 
+use crate::device::visca::models::Model;
 use crate::error::{Error, Result};
 use crate::image::PixelFormat;
 
@@ -48,6 +49,14 @@ pub struct SimOptions {
     pub repeatability: f64,
     /// Factor on the difference between the true and the nominal rig model; 0 makes them equal.
     pub misalignment: f64,
+
+    /// The head is a VISCA camera of this model and reached through its bytes
+    /// ([`super::Simulator::open_ptz`]). Its units are the encoder's steps then, whatever `step` says.
+    pub visca: Option<&'static Model>,
+
+    /// 0: virtual time, which passes as fast as the work is done. Else the simulator waits for the
+    /// system's clock, and its time runs this many times as fast.
+    pub real_time: f64,
 
     pub faults: Faults,
 }
@@ -107,6 +116,8 @@ impl Default for SimOptions {
             overshoot: 0.1f64.to_radians(),
             repeatability: 0.005f64.to_radians(),
             misalignment: 1.0,
+            visca: None,
+            real_time: 0.0,
             faults: Faults::default(),
         }
     }
@@ -127,7 +138,7 @@ const fn number(key: &'static str, range: [f64; 2], unit: f64, field: fn(&mut Si
     Number { key, range, unit, field }
 }
 
-const NUMBERS: [Number; 17] = [
+const NUMBERS: [Number; 18] = [
     number("noise", [0.0, 12.0], 1.0, |o| &mut o.read_noise),
     number("shot", [0.0, 0.3], 1.0, |o| &mut o.shot_noise),
     number("psf", [0.5, 5.0], 1.0, |o| &mut o.point_spread),
@@ -142,6 +153,7 @@ const NUMBERS: [Number; 17] = [
     number("speed_deg", [0.1, 1000.0], DEGREE, |o| &mut o.speed),
     number("overshoot_deg", [0.0, 5.0], DEGREE, |o| &mut o.overshoot),
     number("repeatability_deg", [0.0, 5.0], DEGREE, |o| &mut o.repeatability),
+    number("real_time", [0.0, 1000.0], 1.0, |o| &mut o.real_time),
     number("misalignment", [-20.0, 20.0], 1.0, |o| &mut o.misalignment),
     number("drift", [0.0, 0.9], 1.0, |o| &mut o.faults.exposure_drift),
     number("reflection", [0.0, 1.0], 1.0, |o| &mut o.faults.reflection),
@@ -169,7 +181,7 @@ const FORMATS: [(&str, PixelFormat); 8] = [
 ];
 
 /// Keys that are neither numbers nor switches.
-const OTHER_KEYS: [&str; 5] = ["seed", "station", "cameras", "format", "unplug_after"];
+const OTHER_KEYS: [&str; 6] = ["seed", "station", "cameras", "format", "unplug_after", "visca"];
 
 impl SimOptions {
     /// Reads `sim:room` or `sim:room?key=value&...`. Keys not given keep their default; angles are
@@ -226,6 +238,10 @@ impl SimOptions {
                 let names = || FORMATS.map(|(name, _)| name).join(", ");
                 let known = FORMATS.iter().find(|(name, _)| *name == value);
                 self.format = known.ok_or_else(|| wants(&format!("one of {}", names())))?.1;
+            }
+            "visca" => {
+                let names = || Model::ALL.map(|model| model.name).join(", ");
+                self.visca = Some(Model::named(value).ok_or_else(|| wants(&format!("one of {}", names())))?);
             }
             "unplug_after" => {
                 let calls = value.parse().map_err(|_| wants("a whole number of calls"))?;
@@ -314,6 +330,7 @@ mod tests {
         assert!(reason("sim:room?cameras=3").contains("0, 1 or 2"));
         assert!(reason("sim:room?person=yes").contains("0 or 1"));
         assert!(reason("sim:room?format=jpeg").contains("bgr24"));
+        assert!(reason("sim:room?visca=vcr").contains("evi-d100"));
         assert!(reason("sim:room?seed").contains("`seed`"));
         assert!(reason("sim:room?seed=1&seed=2").contains("twice"));
         assert!(reason("sim:room?seed=-1").contains("whole number"));
@@ -323,7 +340,14 @@ mod tests {
     fn every_known_key_is_accepted() {
         for key in SimOptions::known_keys() {
             let least = NUMBERS.iter().find(|n| n.key == key).map(|n| n.range[0].to_string());
-            let value = least.unwrap_or_else(|| if key == "format" { "rgb24".into() } else { "1".into() });
+            let value = least.unwrap_or_else(|| {
+                let word = match key {
+                    "format" => "rgb24",
+                    "visca" => "evi-d100",
+                    _ => "1",
+                };
+                word.into()
+            });
             SimOptions::parse(&format!("sim:room?{key}={value}")).unwrap();
         }
     }

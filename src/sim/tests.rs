@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 
 use super::*;
-use crate::device::{Frame, FrameSource, Laser, Motion, PanTiltZoom};
+use crate::device::{Frame, FrameSource, Laser, Motion, PanTiltZoom, PtzVelocity};
 use crate::image::PixelFormat;
 
 fn simulator(address: &str) -> Simulator {
@@ -483,4 +483,58 @@ fn speed() {
     let milliseconds = started.elapsed().as_secs_f64() * 1e3;
     println!("{:.1} ms a shot (two head frames, two fixed frames)", milliseconds / f64::from(shots));
     assert_eq!(sim.frames_delivered(), 1 + 4 * shots as u64);
+}
+
+#[test]
+fn the_head_drives_goes_home_and_moves_relatively() {
+    let sim = simulator("sim:room");
+    let (mut ptz, clock, step) = (sim.ptz(), sim.clock(), SimOptions::default().step);
+    let velocity = PtzVelocity { pan: 0.2, tilt: -0.1, zoom: 0.0 };
+    ptz.drive(velocity, f64::INFINITY).unwrap();
+    clock.sleep(1.0);
+    let at = ptz.position().unwrap();
+    assert!((at.pan - 0.2).abs() < 0.005 && (at.tilt + 0.1).abs() < 0.005, "{at:?}");
+    ptz.drive(PtzVelocity::default(), f64::INFINITY).unwrap();
+    let stopped = ptz.position().unwrap();
+    clock.sleep(1.0);
+    assert_eq!(ptz.position().unwrap(), stopped);
+    // One that ends by itself, and one that goes to the end.
+    ptz.drive(PtzVelocity { pan: -0.2, ..velocity }, 0.5).unwrap();
+    clock.sleep(3.0);
+    assert!((ptz.position().unwrap().pan - stopped.pan + 0.1).abs() < 0.005);
+    ptz.drive(PtzVelocity { pan: 9.0, ..velocity }, f64::INFINITY).unwrap();
+    clock.sleep(10.0);
+    let at = ptz.position().unwrap();
+    assert!((at.pan - 100f64.to_radians()).abs() <= step && (at.tilt + 25f64.to_radians()).abs() <= step, "{at:?}");
+    ptz.home().unwrap();
+    clock.sleep(5.0);
+    ptz.move_relative(0.1, -0.05).unwrap();
+    clock.sleep(5.0);
+    let at = ptz.position().unwrap();
+    assert!((at.pan - 0.1).abs() <= step && (at.tilt + 0.05).abs() <= step, "{at:?}");
+    assert!(matches!(ptz.move_relative(3.0, 0.0), Err(Error::Unreachable { .. })));
+    for bad in [PtzVelocity { pan: f64::NAN, ..velocity }, PtzVelocity { tilt: f64::INFINITY, ..velocity }] {
+        assert!(matches!(ptz.drive(bad, 1.0), Err(Error::InvalidArgument { .. })));
+    }
+    assert!(matches!(ptz.drive(velocity, f64::NAN), Err(Error::InvalidArgument { .. })));
+    assert!(matches!(ptz.drive(PtzVelocity { zoom: 1.0, ..velocity }, 1.0), Err(Error::Unsupported { .. })));
+}
+
+#[test]
+fn in_real_time_waiting_takes_time() {
+    let sim = simulator("sim:room?real_time=20&cameras=0");
+    let (mut ptz, mut laser, mut frames) = (sim.ptz(), sim.laser(), sim.head_frames());
+    let (start, begin) = (std::time::Instant::now(), sim.clock().now());
+    let mut frame = Frame::empty();
+    for _ in 0..5 {
+        frames.next_frame(sim.clock().now(), 1.0, &mut frame).unwrap();
+        laser.set(true).unwrap();
+        ptz.position().unwrap();
+    }
+    sim.clock().sleep(1.0);
+    let late = frames.next_frame(sim.clock().now() + 9.0, 0.5, &mut frame);
+    assert!(matches!(late, Err(Error::DeviceTimeout { .. })));
+    let (virtual_time, real) = (sim.clock().now() - begin, start.elapsed().as_secs_f64());
+    // Five frames of 25 a second, each begun and exposed, a second, and half of one in vain.
+    assert!(virtual_time > 1.5 + 5.0 * 0.05 && virtual_time <= 20.0 * real, "{virtual_time} s in {real} s");
 }

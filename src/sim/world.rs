@@ -23,7 +23,7 @@ const MAX_BLUR_POSES: usize = 4;
 /// Period of the auto-exposure's swing, seconds.
 const DRIFT_PERIOD: f64 = 7.3;
 /// What one call of the head takes, as a serial line would need, seconds.
-const PTZ_CALL: f64 = 0.008;
+pub const PTZ_CALL: f64 = 0.008;
 /// From the call to the light, seconds.
 const LASER_CALL: f64 = 0.002;
 
@@ -32,6 +32,12 @@ const LASER_CALL: f64 = 0.002;
 pub enum CameraId {
     Head,
     Fixed(usize),
+}
+
+/// A frame's number and when its exposure began, once the waiting is over.
+pub struct Wait {
+    pub until: f64,
+    pub frame: Result<(i64, f64)>,
 }
 
 pub struct World {
@@ -76,9 +82,8 @@ impl World {
         self.faults = faults;
     }
 
-    /// Every call of the head comes through here.
+    /// Counts a call of the head.
     pub fn call_ptz(&mut self) -> Result<()> {
-        self.now += PTZ_CALL;
         self.ptz_calls += 1;
         match self.faults.ptz_unplugged_after {
             Some(calls) if self.ptz_calls > calls => {
@@ -88,20 +93,22 @@ impl World {
         }
     }
 
-    pub fn move_head(&mut self, target: [f64; 2]) {
+    /// Starts a move at a moment; says when the head is there.
+    pub fn move_head(&mut self, begin: f64, target: [f64; 2], speed: [f64; 2]) -> f64 {
         let errors = [(); 2].map(|()| self.options.repeatability * normal(&mut self.rest_errors));
-        self.motion.start(self.now, target, errors);
+        self.motion.start_at_speed(begin, target, speed, errors)
     }
 
-    pub fn set_laser(&mut self, on: bool) -> Result<()> {
+    /// Says when the light has changed.
+    pub fn set_laser(&mut self, on: bool) -> Result<f64> {
         if on && self.faults.laser_refuses {
             return Err(Error::LaserRefused { reason: "the simulated laser refuses".into() });
         }
-        self.now += LASER_CALL;
-        if self.laser_at(self.now) != on {
-            self.laser.push_back((self.now, on));
+        let switched = self.now + LASER_CALL;
+        if self.laser_at(switched) != on {
+            self.laser.push_back((switched, on));
         }
-        Ok(())
+        Ok(switched)
     }
 
     pub fn laser_at(&self, t: f64) -> bool {
@@ -130,15 +137,9 @@ impl World {
         Camera { pose: camera.pose.after(&self.from_station), ..*camera }
     }
 
-    /// Waits for the first frame that begins at `not_before` or later, is number `at_least` or later,
-    /// and is still kept. Returns its number and when its exposure began.
-    pub fn wait_for_frame(
-        &mut self,
-        camera: CameraId,
-        at_least: i64,
-        not_before: f64,
-        timeout: f64,
-    ) -> Result<(i64, f64)> {
+    /// The first frame that begins at `not_before` or later, is number `at_least` or later, and is
+    /// still kept; or, when it does not come in time, when the waiting is over.
+    pub fn find_frame(&self, camera: CameraId, at_least: i64, not_before: f64, timeout: f64) -> Result<Wait> {
         if not_before.is_nan() || timeout.is_nan() {
             return Err(Error::invalid(if timeout.is_nan() { "timeout" } else { "not_before" }, "is NaN"));
         }
@@ -156,17 +157,19 @@ impl World {
             number = number.saturating_add(1);
         }
         let ready = begin(number) + self.options.exposure + self.options.latency;
-        if self.faults.frames_time_out || ready > self.now + timeout {
-            self.now += timeout;
-            return Err(Error::DeviceTimeout { what: "simulated camera", seconds: timeout });
-        }
-        self.now = self.now.max(ready);
-        self.forget();
-        Ok((number, begin(number)))
+        let found = !self.faults.frames_time_out && ready <= self.now + timeout;
+        Ok(Wait {
+            until: if found { ready } else { self.now + timeout },
+            frame: if found {
+                Ok((number, begin(number)))
+            } else {
+                Err(Error::DeviceTimeout { what: "simulated camera", seconds: timeout })
+            },
+        })
     }
 
     /// Drops what no frame can show any more.
-    fn forget(&mut self) {
+    pub fn forget(&mut self) {
         let horizon = self.now - RING - 2.0 / self.options.frame_rate;
         self.motion.forget_before(horizon);
         while self.laser.len() > 1 && self.laser[1].0 <= horizon {

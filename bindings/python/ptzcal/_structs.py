@@ -322,6 +322,85 @@ class ptzcal_pose(Structure):
     ]
 
 
+class ptzcal_head_capabilities(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("raw_units", c_uint32),
+        ("pan_min", c_double),
+        ("pan_max", c_double),
+        ("tilt_min", c_double),
+        ("tilt_max", c_double),
+        ("pan_step", c_double),
+        ("tilt_step", c_double),
+        ("pan_speed", c_double),
+        ("tilt_speed", c_double),
+        ("presets", c_uint32),
+        ("reports_motion", c_uint32),
+        ("reports_position", c_uint32),
+        ("has_drive", c_uint32),
+        ("has_relative", c_uint32),
+        ("has_home", c_uint32),
+        ("has_zoom", c_uint32),
+        ("has_focus", c_uint32),
+        ("has_exposure_lock", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
+class ptzcal_angle_summary(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("frames", c_uint32),
+        ("pairs", c_uint32),
+        ("reserved", c_uint32),
+        ("raw", c_double * 4),
+        ("angles", c_double * 4),
+        ("mounting", c_double * 3),
+        ("mounting_sigma", c_double * 3),
+        ("rms", c_double),
+        ("outliers", c_double),
+        ("repeatability", c_double * 2),
+        ("parallax", c_double),
+        ("parallax_sigma", c_double),
+    ]
+
+
+class ptzcal_angle_learning_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("min_positions", c_uint32),
+        ("max_frames", c_uint32),
+        ("reserved", c_uint32),
+        ("step", c_double),
+        ("scene_nearest", c_double),
+        ("scene_farthest", c_double),
+        ("levers", c_double * 4),
+        ("lever_sigma", c_double),
+        ("min_cover", c_double),
+        ("max_rms", c_double),
+    ]
+
+
+class ptzcal_probe_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("repeats", c_uint32),
+        ("reach_limits", c_uint32),
+        ("toggle_laser", c_uint32),
+        ("amplitude", c_double),
+        ("max_time", c_double),
+    ]
+
+
+class ptzcal_figure(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("count", c_uint32),
+        ("value", c_double),
+        ("sigma", c_double),
+    ]
+
+
 class ptzcal_region(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -394,6 +473,9 @@ class ptzcal_adjust_options(Structure):
 
 
 ptzcal_log_fn = CFUNCTYPE(None, c_void_p, c_int32, c_char_p)
+ptzcal_move_end_fn = CFUNCTYPE(
+    None, c_void_p, c_uint64, c_int32, c_int32, c_double, c_double
+)
 ptzcal_progress_fn = CFUNCTYPE(c_int32, c_void_p, POINTER(ptzcal_progress))
 ptzcal_ptz_move_fn = CFUNCTYPE(c_int32, c_void_p, c_double, c_double)
 ptzcal_ptz_position_fn = CFUNCTYPE(
@@ -412,7 +494,7 @@ ptzcal_clock_sleep_fn = CFUNCTYPE(None, c_void_p, c_double)
 class ptzcal_ptz(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
-        ("reserved", c_uint32),
+        ("raw_units", c_uint32),
         ("pan_min", c_double),
         ("pan_max", c_double),
         ("tilt_min", c_double),

@@ -15,6 +15,7 @@ from typing import Any, Callable, Iterator, List, Optional, Sequence, Union
 from . import _callbacks, _native, _structs
 from ._arrays import address_of, unsigned, vector
 from ._native import Handle, lib
+from .angle_map import AngleMap
 from .cancel import Cancel, pointer_of
 from .detect import SpotOptions
 from .errors import Status, error
@@ -72,6 +73,7 @@ def _ptz(head: Any) -> _structs.ptzcal_ptz:
     struct = _native.initial(_structs.ptzcal_ptz)
     struct.pan_min, struct.pan_max = head.pan_range
     struct.tilt_min, struct.tilt_max = head.tilt_range
+    struct.raw_units = bool(getattr(head, "raw_units", False))
     struct.pan_step = getattr(head, "pan_step", 0.0)
     struct.tilt_step = getattr(head, "tilt_step", 0.0)
     struct.move_absolute = _structs.ptzcal_ptz_move_fn(_callbacks.device(head.move))
@@ -96,19 +98,26 @@ class Rig:
         *,
         model: Optional[RigModel] = None,
         ptz: Any = None,
-        laser: Optional[Callable[[bool], Any]] = None,
-        frames: Optional[Callable[[float, float], Any]] = None,
+        laser: Union[str, Callable[[bool], Any], None] = None,
+        frames: Union[str, Callable[[float, float], Any], None] = None,
+        user: Optional[str] = None,
+        password: Optional[str] = None,
         clock: Any = None,
         log: Optional[Callable[[LogLevel, str], Any]] = None,
         settle: Optional[Settle] = None,
         frame_timeout: float = 3.0,
         stale_frames: int = 4,
         laser_max_on: float = 2.0,
+        laser_duty: float = 1.0,
+        laser_duty_window: float = 10.0,
+        angle_map: Optional[AngleMap] = None,
     ) -> "Rig":
-        """Opens a rig on an address ("sim:room"), on Python objects, or on both: an object takes
-        the place of the address's device. The laser is switched off; the head does not move.
+        """Opens a rig on an address ("sim:room", "folder:///path/of/a/recording"), on its devices
+        (addresses or Python objects), or on both: a device takes the place of the address's. The
+        laser is switched off; the head does not move.
 
-        model: the rig model; only a simulator brings its own.
+        model: the rig model; only simulators and recordings bring their own.
+        ptz, laser, frames: addresses (docs/addresses.md), opened as user with password, or:
         ptz: an object with move(pan, tilt), position() -> (pan, tilt), stop(), motion() -> Motion
           where the device tells it, and the attributes pan_range and tilt_range, (least, greatest),
           and pan_step and tilt_step where they are known. Radians.
@@ -119,7 +128,9 @@ class Rig:
           dropped.
         clock: an object with now() and sleep(seconds); the system's clock without.
         log: log(level, message).
-        frame_timeout, laser_max_on: seconds.
+        frame_timeout, laser_max_on: seconds. laser_duty: greatest share of any laser_duty_window
+          seconds that the laser is on.
+        angle_map: what the numbers of a head without angles mean (ptz.raw_units is true).
 
         These functions run on the thread that calls the rig. OSError, TimeoutError,
         ConnectionError, NotImplementedError or ptzcal.Error tell the library that the device
@@ -132,17 +143,23 @@ class Rig:
             options.set("address", _native.text(address, "address"))
         if model is not None:
             options.set("model", byref(model._struct))
-        if ptz is not None:
+        if user is not None:
+            secret = None if password is None else _native.text(password, "password")
+            options.set("credentials", _native.text(user, "user"), secret)
+        for device, place in (("ptz", ptz), ("laser", laser), ("frames", frames)):
+            if isinstance(place, str):
+                options.set(f"{device}_address", _native.text(place, device))
+        if ptz is not None and not isinstance(ptz, str):
             struct = _ptz(ptz)
             callbacks.append(struct)
             options.set("ptz", byref(struct))
-        if laser is not None:
+        if laser is not None and not isinstance(laser, str):
             switch = _structs.ptzcal_laser_fn(
                 _callbacks.device(lambda on: laser(bool(on)), always=_is_off)
             )
             callbacks.append(switch)
             options.set("laser", switch, None)
-        if frames is not None:
+        if frames is not None and not isinstance(frames, str):
             next_frame = _callbacks.frames(frames)
             callbacks.append(next_frame)
             options.set("frames", next_frame, None)
@@ -162,6 +179,9 @@ class Rig:
             options.set("settle", *astuple(settle))
         options.set("frame_wait", frame_timeout, unsigned(stale_frames, "stale_frames"))
         options.set("laser_max_on", laser_max_on)
+        options.set("laser_duty", laser_duty, laser_duty_window)
+        if angle_map is not None:
+            options.set("angle_map", angle_map._pointer)
         return cls(options, callbacks)
 
     def __init__(self, options: _Options, callbacks: List[Any]) -> None:
@@ -246,6 +266,12 @@ class Rig:
         with self._open() as pointer:
             return Simulator._of_rig(pointer)
 
+    def recorded_region(self) -> Region:
+        """The region of a rig that was opened on a recorded scan."""
+        struct = _native.initial(_structs.ptzcal_region)
+        self._call("recorded_region", byref(struct))
+        return Region._from_struct(struct)
+
     def move(self, pan: float, tilt: float, *, cancel: Optional[Cancel] = None) -> None:
         """Moves the head, radians, and waits until it stands still. The laser is off meanwhile."""
         self._call("move", pan, tilt, pointer_of(cancel))
@@ -287,6 +313,8 @@ class Rig:
         gate: Optional[Gate] = None,
         journal: Optional[_native.Path] = None,
         journal_sync: bool = True,
+        recording: Optional[_native.Path] = None,
+        reconnect: float = 0.0,
         progress: Optional[Callable[[Progress], Any]] = None,
         cancel: Optional[Cancel] = None,
     ) -> Scan:
@@ -296,6 +324,8 @@ class Rig:
         "sim:fixed/0". frames_per_state: frames averaged with the laser off, and with it on.
         coarse_shots: positions of the first pass. spot: how spots are found. journal: a file from
         which a scan that was killed goes on; journal_sync waits for the disk at each shot.
+        recording: a folder for all frames, to be opened as "folder:///path" and scanned again.
+        reconnect: how long an unplugged device is waited for, seconds.
         progress: progress(Progress) after each shot; a true result stops the scan.
 
         A scan that ends early (stopped, cancelled, a device failed) still returns what it measured:
@@ -312,6 +342,8 @@ class Rig:
             gate=gate,
             journal=journal,
             journal_sync=journal_sync,
+            recording=recording,
+            reconnect=reconnect,
             cancel=cancel,
         )
         with self._open() as pointer:

@@ -29,6 +29,10 @@ class Region:
     pan_steps: int = 1
     tilt_steps: int = 1
 
+    @classmethod
+    def _from_struct(cls, s: _structs.ptzcal_region) -> "Region":
+        return cls(s.pan_min, s.pan_max, s.tilt_min, s.tilt_max, s.pan_steps, s.tilt_steps)
+
     def _struct(self) -> _structs.ptzcal_region:
         struct = _native.initial(_structs.ptzcal_region)
         struct.pan_min, struct.pan_max = self.pan_min, self.pan_max
@@ -142,6 +146,8 @@ class ScanOptions(Handle):
         gate: Optional[Gate],
         journal: Optional[_native.Path],
         journal_sync: bool,
+        recording: Optional[_native.Path],
+        reconnect: float,
         cancel: Optional[Cancel],
     ) -> None:
         self._make(lib.ptzcal_scan_options_new)
@@ -159,6 +165,9 @@ class ScanOptions(Handle):
             self._set("gate", *astuple(gate))
         if journal is not None:
             self._set("journal", _native.path(journal), bool(journal_sync))
+        self._set("reconnect", reconnect)
+        if recording is not None:
+            self._set("recording", _native.path(recording))
         self._set("cancel", pointer_of(cancel))
 
     def _set(self, setting: str, *values: Any) -> None:

@@ -126,7 +126,7 @@ class ByAddress(TestCase):
         with self.fails("INVALID_ARGUMENT"):
             ptzcal.Rig.open()
         with self.fails("UNSUPPORTED"):
-            ptzcal.Rig.open("visca:/dev/nothing")
+            ptzcal.Rig.open("visca:///dev/nothing")
         with self.fails("INVALID_ARGUMENT"):
             ptzcal.Rig.open("sim:room", laser_max_on=0)
         with self.fails("INVALID_ARGUMENT"):

@@ -80,6 +80,31 @@ fn devices_that_die_for_good_leave_the_laser_off_or_say_so() {
     assert!(said > 0);
 }
 
+/// A device that is gone at any call and comes back costs nothing but time.
+#[test]
+fn devices_that_come_back_are_waited_for() {
+    let calls = scan_with_fault(None).0.world().calls;
+    let options = ScanOptions { reconnect: 5.0, ..ScanOptions::default() };
+    for at in 1..calls {
+        let fake = Fake::new();
+        let mut rig = fake.rig();
+        fake.world().calls = 0;
+        fake.world().fault = Some((at, Fault::Lost));
+        let scan = scan_region(&mut rig, &region(2, 1), &options, &mut fixed(&fake, 1), &mut |_| Continue(())).unwrap();
+        assert!(scan.is_complete() && scan.shots.len() == 2, "{at}: {:?}", scan.end);
+        check_history(&fake);
+    }
+    // One that does not come back ends the scan when the patience is over.
+    let fake = Fake::new();
+    let mut rig = fake.rig();
+    fake.world().calls = 0;
+    fake.world().fault = Some((2, Fault::Dead));
+    let before = fake.world().now;
+    let scan = scan_region(&mut rig, &region(2, 1), &options, &mut fixed(&fake, 1), &mut |_| Continue(())).unwrap();
+    assert!(matches!(scan.end, ScanEnd::Failed(_)));
+    assert!(fake.world().now - before < 7.0);
+}
+
 #[test]
 fn a_panic_of_the_progress_callback_leaves_all_off() {
     for at in 0..3 {

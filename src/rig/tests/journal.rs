@@ -1,9 +1,10 @@
 //! Journals that are cut, damaged, foreign or unwritable.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::*;
+use crate::fuzz::{self, fuzz_inputs, mutated};
 use crate::rig::fake::Random;
 
 const IDENTITY: Identity = Identity { fixed_cameras: 2, region: 1, model: 2, options: 3 };
@@ -224,8 +225,8 @@ fn places_that_cannot_be_written_are_errors() {
     let directory = std::env::temp_dir();
     assert!(matches!(Journal::open(&directory, &IDENTITY, POSITIONS, true), Err(Error::FileFormat { .. })));
     if let Ok(file) = OpenOptions::new().write(true).open("/dev/full") {
-        let mut full = Journal { path: "/dev/full".into(), file, end: 0, fixed_cameras: 2, sync: false };
-        assert!(matches!(full.append(&shots(1)[0]), Err(Error::FileIo { .. })));
+        let mut full = Journal { path: "/dev/full".into(), file, end: 0, sync: false };
+        assert!(matches!(full.append(&shots(1)[0]), Err(Error::DiskFull { .. })));
     }
 }
 
@@ -234,4 +235,23 @@ fn the_checksum_is_the_common_one() {
     assert_eq!(crc32(b"123456789"), 0xCBF4_3926);
     assert_ne!(Fingerprint::new().numbers(&[1.0, 2.0]).finish(), Fingerprint::new().numbers(&[2.0, 1.0]).finish());
     assert_eq!(Fingerprint::new().numbers(&[-0.0]).finish(), Fingerprint::new().numbers(&[0.0]).finish());
+}
+
+/// Damaged, cut, spliced and random journals: read in bounded memory, never a shot that was not written.
+#[test]
+fn fuzz_journals() {
+    let mut random = fuzz::Random(77);
+    let good = journal_bytes(&shots(4));
+    let mut read = 0;
+    for _ in 0..fuzz_inputs() {
+        let bytes = mutated(&good, &mut random);
+        if let Ok(Content::Shots { shots, damaged, cut_bytes, end }) =
+            content(&mut &bytes[..], Path::new("fuzz"), &IDENTITY, POSITIONS)
+        {
+            read += 1;
+            assert_eq!(end + cut_bytes, bytes.len() as u64);
+            assert_eq!(end, (HEADER_SIZE + (shots.len() + damaged) * record_size(2)) as u64);
+        }
+    }
+    assert!(read > fuzz_inputs() / 10);
 }

@@ -2,16 +2,22 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
 
-use crate::control::{Clock, Log, LogLevel};
-use crate::device::Laser;
+use crate::control::{Cancel, Clock, Log, LogLevel};
+use crate::device::{Laser, LaserLimits};
 use crate::error::{Error, Result};
 use crate::rig::fake::{Event, Fake, FakeLaser, Fault};
-use crate::rig::laser::{DEFAULT_MAX_ON, LaserControl};
+use crate::rig::laser::LaserControl;
 
 fn control(fake: &Fake) -> LaserControl {
-    LaserControl::new(Box::new(FakeLaser(fake.clone())), Arc::new(fake.clone()), Log::silent(), DEFAULT_MAX_ON).unwrap()
+    LaserControl::new(Box::new(FakeLaser(fake.clone())), Arc::new(fake.clone()), Log::silent(), &LaserLimits::default())
+        .unwrap()
+}
+
+fn limited(fake: &Fake, laser: Box<dyn Laser>, limits: &LaserLimits) -> Result<LaserControl> {
+    LaserControl::new(laser, Arc::new(fake.clone()), Log::silent(), limits)
 }
 
 fn lit(fake: &Fake) -> bool {
@@ -60,10 +66,79 @@ fn the_laser_never_stays_on_longer_than_allowed() {
     laser.enforce().unwrap();
     assert!(!lit(&fake) && guard.time_left().is_err());
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert!(
-            LaserControl::new(Box::new(FakeLaser(fake.clone())), Arc::new(fake.clone()), Log::silent(), bad).is_err()
-        );
+        let limits = LaserLimits { max_on: bad, ..LaserLimits::default() };
+        assert!(limited(&fake, Box::new(FakeLaser(fake.clone())), &limits).is_err());
     }
+}
+
+#[test]
+fn the_laser_never_has_more_than_its_share_of_time() {
+    let fake = Fake::new();
+    let limits = LaserLimits { max_on: 2.0, duty: 0.1, window: 10.0 };
+    let laser = limited(&fake, Box::new(FakeLaser(fake.clone())), &limits).unwrap();
+    let guard = laser.light().unwrap();
+    fake.sleep(0.6);
+    assert!((guard.time_left().unwrap() - 0.4).abs() < 1e-9);
+    guard.off().unwrap();
+    let guard = laser.light().unwrap();
+    fake.sleep(0.4);
+    let error = guard.time_left().unwrap_err();
+    assert!(matches!(error, Error::LaserRefused { .. }) && error.to_string().contains("0.1 of the last 10 s"));
+    assert!(!lit(&fake));
+    let error = laser.light().map(|_| ()).unwrap_err();
+    assert!(matches!(error, Error::LaserRefused { .. }) && error.to_string().contains("wait"), "{error}");
+    assert!(!lit(&fake));
+    // A tenth of its second is free 10 s after it was first used; a wait hears of cancels and stops.
+    let start = fake.now();
+    laser.wait_until_allowed(&Cancel::new()).unwrap();
+    assert!((fake.now() - start - 9.1).abs() < 0.11, "{}", fake.now() - start);
+    drop(laser.light().unwrap());
+    let cancelled = Cancel::new();
+    cancelled.cancel();
+    assert_eq!(laser.wait_until_allowed(&cancelled), Err(Error::Cancelled));
+    laser.emergency_off().unwrap();
+    assert!(matches!(laser.wait_until_allowed(&Cancel::new()), Err(Error::LaserRefused { .. })));
+    for duty in [0.0, -1.0, 1.5, f64::NAN] {
+        assert!(limited(&fake, Box::new(FakeLaser(fake.clone())), &LaserLimits { duty, ..limits }).is_err());
+    }
+}
+
+/// A laser with limits of its own that goes off by itself.
+struct Independent(FakeLaser, Arc<AtomicBool>);
+
+impl Laser for Independent {
+    fn set(&mut self, on: bool) -> Result<()> {
+        self.0.set(on)
+    }
+    fn check(&mut self) -> Result<()> {
+        match self.1.load(Ordering::SeqCst) {
+            true => Err(Error::DeviceLost { reason: "the guard has ended".into() }),
+            false => Ok(()),
+        }
+    }
+    fn limits(&self) -> LaserLimits {
+        LaserLimits { max_on: 0.5, ..LaserLimits::NONE }
+    }
+}
+
+#[test]
+fn a_laser_that_goes_off_by_itself_is_noticed_and_its_own_limits_are_kept() {
+    let fake = Fake::new();
+    let gone = Arc::new(AtomicBool::new(false));
+    let laser = Box::new(Independent(FakeLaser(fake.clone()), gone.clone()));
+    let laser = limited(&fake, laser, &LaserLimits::default()).unwrap();
+    let guard = laser.light().unwrap();
+    assert!((guard.time_left().unwrap() - 0.5).abs() < 1e-9);
+    gone.store(true, Ordering::SeqCst);
+    assert!(matches!(guard.time_left(), Err(Error::DeviceLost { .. })));
+    assert!(!lit(&fake));
+    gone.store(false, Ordering::SeqCst);
+    let _guard = laser.light().unwrap();
+    laser.enforce().unwrap();
+    assert!(lit(&fake));
+    gone.store(true, Ordering::SeqCst);
+    laser.enforce().unwrap();
+    assert!(!lit(&fake) && !laser.is_on());
 }
 
 #[test]
@@ -115,7 +190,7 @@ fn an_emergency_stop_from_inside_the_lasers_own_call_does_not_deadlock() {
     let (send, receive) = channel::<LaserControl>();
     let hook = move || receive.recv().unwrap().emergency_off().unwrap();
     let laser = Box::new(Hooked(FakeLaser(fake.clone()), hook));
-    let laser = LaserControl::new(laser, Arc::new(fake.clone()), Log::silent(), 2.0).unwrap();
+    let laser = LaserControl::new(laser, Arc::new(fake.clone()), Log::silent(), &LaserLimits::default()).unwrap();
     send.send(laser.clone()).unwrap();
     assert!(matches!(laser.light(), Err(Error::LaserRefused { .. })));
     assert!(!lit(&fake) && laser.is_emergency());
@@ -131,7 +206,7 @@ fn an_emergency_stop_during_another_threads_call_wins() {
         wait_go_on.recv().unwrap();
     };
     let laser = Box::new(Hooked(FakeLaser(fake.clone()), hook));
-    let laser = LaserControl::new(laser, Arc::new(fake.clone()), Log::silent(), 2.0).unwrap();
+    let laser = LaserControl::new(laser, Arc::new(fake.clone()), Log::silent(), &LaserLimits::default()).unwrap();
     let other = laser.clone();
     let lighting = std::thread::spawn(move || other.light().map(|guard| guard.time_left().is_ok()));
     wait_entered.recv().unwrap();
@@ -167,7 +242,9 @@ fn switching_off_is_repeated_and_a_failure_is_loud() {
     let sink = messages.clone();
     let log = Log::to(move |level, message| sink.lock().unwrap().push((level, message.to_owned())));
     let fake = Fake::new();
-    let laser = LaserControl::new(Box::new(FakeLaser(fake.clone())), Arc::new(fake.clone()), log, 2.0).unwrap();
+    let laser =
+        LaserControl::new(Box::new(FakeLaser(fake.clone())), Arc::new(fake.clone()), log, &LaserLimits::default())
+            .unwrap();
 
     let guard = laser.light().unwrap();
     fake.world().stuck_on = 3;

@@ -330,3 +330,22 @@ fn the_lasers_time_on_is_kept_while_frames_are_waited_for() {
     assert!(longest > 1.9 && longest < 2.0 + 1e-6, "{longest}");
     check_history(&fake);
 }
+
+#[test]
+fn a_scan_waits_for_the_laser_s_share_of_time() {
+    let scanned = |duty: f64| {
+        let fake = Fake::new();
+        let options = RigOptions { laser_duty: duty, laser_duty_window: 5.0, ..RigOptions::default() };
+        let mut rig = Rig::open(fake.parts(), options).unwrap();
+        let scan = scan_region(&mut rig, &region(4, 3), &ScanOptions::default(), &mut [], &mut on).unwrap();
+        check_history(&fake);
+        check_truth(&scan);
+        assert_eq!(scan.shots.iter().filter(|s| s.point.is_some()).count(), 12);
+        (fake.greatest_share_on(5.0), fake.now())
+    };
+    let (free, short) = scanned(1.0);
+    let share = 0.5 * free;
+    let (kept, long) = scanned(share);
+    assert!(kept <= share + 1e-9 && kept > 0.5 * share, "{kept} of {share}, {free} without a limit");
+    assert!(long > short);
+}

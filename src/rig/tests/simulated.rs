@@ -6,6 +6,7 @@ use std::time::Instant;
 use crate::adjust::{Adjustment, CameraSetup, Station};
 use crate::calibrate::{CalibrationOptions, DistortionModel, calibrate_camera};
 use crate::control::{Log, LogLevel};
+use crate::device::recording::Recording;
 use crate::error::Result;
 use crate::rig::*;
 use crate::sim::{SimOptions, Simulator, SpotTruth};
@@ -154,4 +155,51 @@ fn lies_people_and_drift_do_not_spoil_a_scan() {
     // What the other camera sees of so few shots does not calibrate it.
     let near = errors[0].as_ref().unwrap();
     assert!(near.centre < 5e-3 && near.focal < 0.005, "{near:?}");
+}
+
+/// A recorded scan, scanned again from its folder, measures the same.
+#[test]
+fn a_recording_is_scanned_like_the_rig() {
+    for (frames_per_state, address) in [(1, "sim:room?seed=5"), (3, "sim:room?seed=6&format=yuyv")] {
+        let folder = tempfile::tempdir().unwrap();
+        let simulator = Simulator::new(SimOptions::parse(address).unwrap()).unwrap();
+        let mut rig = rig(&simulator, RigOptions::default());
+        let options = ScanOptions { frames_per_state, record: Some(folder.path().into()), ..ScanOptions::default() };
+        let scan =
+            scan_region(&mut rig, &region(6, 4), &options, &mut fixed(&simulator), &mut |_| Continue(())).unwrap();
+        assert_eq!(scan.end, ScanEnd::Complete);
+
+        let recording = Recording::open(folder.path()).unwrap();
+        let info = recording.info();
+        let parts = RigParts {
+            model: info.rig,
+            ptz: Box::new(recording.ptz()),
+            laser: Box::new(recording.laser()),
+            frames: Box::new(recording.frames(0).unwrap()),
+            clock: recording.clock(),
+            log: Log::silent(),
+        };
+        let mut again = Rig::open(parts, RigOptions::default()).unwrap();
+        let mut cameras: Vec<FixedCamera> = info.cameras[1..]
+            .iter()
+            .enumerate()
+            .map(|(i, (w, h))| FixedCamera {
+                distortion: DistortionModel::Radial2,
+                ..FixedCamera::new(Box::new(recording.frames(1 + i).unwrap()), *w, *h)
+            })
+            .collect();
+        let options = ScanOptions { record: None, ..options };
+        let replayed = scan_region(&mut again, &region(6, 4), &options, &mut cameras, &mut |_| Continue(())).unwrap();
+        assert_eq!(replayed.end, ScanEnd::Complete);
+        assert_eq!(replayed.shots.len(), scan.shots.len());
+        for (a, b) in scan.shots.iter().zip(&replayed.shots) {
+            assert_eq!((a.index, a.pan, a.tilt), (b.index, b.pan, b.tilt));
+            for (a, b) in std::iter::once((&a.head, &b.head)).chain(a.fixed.iter().zip(&b.fixed)) {
+                match (a, b) {
+                    (Ok(a), Ok(b)) => assert!((a.x - b.x).hypot(a.y - b.y) < 1e-6, "{a:?} {b:?}"),
+                    (a, b) => assert_eq!(a, b),
+                }
+            }
+        }
+    }
 }
