@@ -5994,7 +5994,7 @@ ptzcal_status ptzcal_angle_learning_options_init(ptzcal_angle_learning_options *
  *
  * @param head     The head's options: the head, and its camera's frames.
  * @param camera   The lens of the camera on the head; its pose does not matter.
- * @param options  May be NULL: the defaults.
+ * @param options  How; may be NULL: the defaults.
  * @param progress Hears of each picture; may be NULL.
  * @param user     Handed to the callback.
  * @param token    Stops the work from another thread; may be NULL.
@@ -6167,7 +6167,7 @@ ptzcal_status ptzcal_figure_init(ptzcal_figure *figure, size_t size) PTZCAL_NOEX
  *
  * @param head    The head's options: the head, and where they are set its camera's frames and its laser.
  * @param camera  Lens of the camera on the head, for angles instead of pixels; may be NULL.
- * @param options May be NULL: the defaults.
+ * @param options How; may be NULL: the defaults.
  * @param token   Stops the work from another thread; may be NULL.
  * @param report  Receives the report; free it with ptzcal_probe_report_free.
  * @param error   Receives the error; may be NULL.

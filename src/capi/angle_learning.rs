@@ -110,7 +110,7 @@ pub unsafe extern "C" fn ptzcal_angle_learning_options_init(
 ///
 /// @param head     The head's options: the head, and its camera's frames.
 /// @param camera   The lens of the camera on the head; its pose does not matter.
-/// @param options  May be NULL: the defaults.
+/// @param options  How; may be NULL: the defaults.
 /// @param progress Hears of each picture; may be NULL.
 /// @param user     Handed to the callback.
 /// @param token    Stops the work from another thread; may be NULL.

@@ -238,7 +238,7 @@ pub unsafe extern "C" fn ptzcal_figure_init(figure: *mut ptzcal_figure, size: us
 ///
 /// @param head    The head's options: the head, and where they are set its camera's frames and its laser.
 /// @param camera  Lens of the camera on the head, for angles instead of pixels; may be NULL.
-/// @param options May be NULL: the defaults.
+/// @param options How; may be NULL: the defaults.
 /// @param token   Stops the work from another thread; may be NULL.
 /// @param report  Receives the report; free it with ptzcal_probe_report_free.
 /// @param error   Receives the error; may be NULL.

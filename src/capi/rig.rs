@@ -16,7 +16,7 @@ use super::simulator::{ptzcal_simulator, switch};
 use super::sized::SizedOut;
 use super::status::ptzcal_status;
 use crate::control::{Cancel, SystemClock};
-use crate::device::{Address, Brake, Surroundings, open_frames, open_laser, open_ptz};
+use crate::device::{Address, Brake, Laser, Surroundings, open_frames, open_laser, open_ptz};
 use crate::error::{Error, Result};
 use crate::geometry::RigModel;
 use crate::rig::{Aim, LaserControl, Rig, RigParts, WholeRig, aim_at_point};
@@ -82,16 +82,18 @@ pub unsafe extern "C" fn ptzcal_rig_open(
         let around = Surroundings { clock: clock.clone(), log: s.log.clone(), credentials: s.credentials.clone() };
         let missing = |what: &str| Error::invalid("options", format!("no {what}: set an address or the callback"));
         let at = |address: &Option<String>| address.as_deref().map(Address::parse).transpose();
+        // First, so that a laser left on is off whatever else fails to open.
+        let mut laser: Box<dyn Laser> = match (&s.laser, at(&s.laser_address)?, whole) {
+            (Some(laser), _, _) => Box::new(laser.clone()),
+            (None, Some(address), _) => open_laser(&address, &around)?,
+            (None, None, Some(whole)) => whole.laser(),
+            (None, None, None) => return Err(missing("laser")),
+        };
+        laser.set(false)?;
         let model = s.model.or_else(|| whole.map(WholeRig::model));
         let parts = RigParts {
             model: model.ok_or_else(|| Error::invalid("options", "no rig model: set one"))?,
-            // First, so that a laser left on goes off whatever else fails to open.
-            laser: match (&s.laser, at(&s.laser_address)?, whole) {
-                (Some(laser), _, _) => Box::new(laser.clone()),
-                (None, Some(address), _) => open_laser(&address, &around)?,
-                (None, None, Some(whole)) => whole.laser(),
-                (None, None, None) => return Err(missing("laser")),
-            },
+            laser,
             ptz: mapped(
                 match (&s.ptz, at(&s.ptz_address)?, whole) {
                     (Some(ptz), _, _) => Box::new(ptz.clone()),

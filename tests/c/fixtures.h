@@ -440,7 +440,8 @@ static inline void make_fixtures(void)
   CHECK_OK(ptzcal_figure_init(fixture_figure, sizeof *fixture_figure));
   make_angle_map(&fixture_angle_map);
   /* Only a little is measured in so little time. */
-  fixture_probe_options->max_time = 0.01;
+  fixture_probe_options->max_time = 5.0;
+  CHECK_OK(ptzcal_head_options_set_address(fixture_head_options, "sim:room?real_time=100", NULL));
   CHECK_OK(ptzcal_probe(fixture_head_options, NULL, fixture_probe_options, NULL, &fixture_probe_report, NULL));
   /* From here on without a device: what opens one fails at once. */
   CHECK_OK(ptzcal_head_options_set_address(fixture_head_options, NULL, NULL));
