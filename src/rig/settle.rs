@@ -103,6 +103,9 @@ const DEFAULT_TOLERANCE: f64 = 1e-3;
 /// How long the head must be seen to stand before the laser may be switched on by hand, seconds.
 const STANDSTILL_TIMEOUT: f64 = 1.0;
 
+/// Bound on pairs of frames, should the clock stand still.
+const MAX_LOOKS: u32 = 100_000;
+
 /// Equal readings in a row.
 #[derive(Clone, Copy)]
 struct Steady {
@@ -177,39 +180,56 @@ impl Mover<'_> {
 
     /// Waits for arrival and for a picture that stands still.
     fn settled(&mut self, target: Vector2<f64>, cancel: &Cancel) -> Result<PtzPosition> {
-        let timeout = self.settle.picture_timeout;
         let mut looking_since = None;
         loop {
-            let Steady { position, since, .. } = self.arrive(target, false, cancel)?;
-            if timeout == 0.0 {
-                return Ok(position);
+            let arrived = self.arrive(target, false, cancel)?;
+            if self.settle.picture_timeout == 0.0 {
+                return Ok(arrived.position);
             }
-            let shift = match self.look(since + 0.5 * self.settle.duration, cancel)? {
-                None => return Ok(position),
-                Some(shift) => shift,
-            };
-            let now = self.clock.now();
-            let since = *looking_since.get_or_insert(now);
+            let since = *looking_since.get_or_insert(self.clock.now());
+            let looks = self.watch(arrived.since + 0.5 * self.settle.duration, since, cancel)?;
+            // A picture that still moved at first may have gone on to another place.
+            if looks == 1 {
+                return Ok(arrived.position);
+            }
+            let position = read_position(self.ptz)?;
+            if self.same(&position, &arrived.position) {
+                return Ok(arrived.position);
+            }
+        }
+    }
+
+    /// Takes frames from a moment on until two in a row show the same; they are in `pictures` then.
+    /// Returns how many pairs it took.
+    fn watch(&mut self, not_before: f64, looking_since: f64, cancel: &Cancel) -> Result<u32> {
+        let timeout = self.settle.picture_timeout;
+        let grabber = Grabber { clock: self.clock, cancel, options: self.frame_options };
+        let mut port =
+            CameraPort { source: &mut *self.frames, name: "head camera", width: self.size[0], height: self.size[1] };
+        grabber.grab(&mut port, After::Moment(not_before), None, &mut self.pictures[0])?;
+        let mut looks = 0;
+        loop {
+            looks += 1;
+            let [first, second] = &mut *self.pictures;
+            grabber.grab(&mut port, After::Frame(first.timestamp), None, second)?;
+            let (a, b) = (first.image.view()?, second.image.view()?);
+            let Some(shift) = stillness::shift_between(&a, &b, self.settle.picture_shift)? else { return Ok(looks) };
             self.log.write(LogLevel::Debug, || format!("the head says it stands, its picture moves ({shift:.2} px)"));
-            if now - since >= timeout {
+            if self.clock.now() - looking_since >= timeout || looks > MAX_LOOKS {
                 return Err(Error::Device {
                     reason: format!(
                         "the head reports to stand at its target, but its picture keeps moving ({shift:.1} px a frame)"
                     ),
                 });
             }
+            self.pictures.swap(0, 1);
         }
     }
 
-    /// Takes two frames from a moment on into `pictures`; the shift between them when they differ.
-    fn look(&mut self, not_before: f64, cancel: &Cancel) -> Result<Option<f64>> {
-        let grabber = Grabber { clock: self.clock, cancel, options: self.frame_options };
-        let mut port =
-            CameraPort { source: &mut *self.frames, name: "head camera", width: self.size[0], height: self.size[1] };
-        let [first, second] = &mut *self.pictures;
-        grabber.grab(&mut port, After::Moment(not_before), None, first)?;
-        grabber.grab(&mut port, After::Frame(first.timestamp), None, second)?;
-        stillness::shift_between(&first.image.view()?, &second.image.view()?, self.settle.picture_shift)
+    /// Are two readings the same, within half a step?
+    fn same(&self, a: &PtzPosition, b: &PtzPosition) -> bool {
+        let [pan_tolerance, tilt_tolerance] = self.tolerances().map(|t| 0.5 * t);
+        (a.pan - b.pan).abs() <= pan_tolerance && (a.tilt - b.tilt).abs() <= tilt_tolerance
     }
 
     /// Waits until the device reports to stand within a step of the target; sends it there again
@@ -290,13 +310,8 @@ impl Mover<'_> {
     fn observe<'a>(&mut self, steady: &'a mut Option<Steady>) -> Result<&'a Steady> {
         let position = read_position(self.ptz)?;
         let now = self.clock.now();
-        let [pan_tolerance, tilt_tolerance] = self.tolerances().map(|t| 0.5 * t);
-        let same = |s: &Steady| {
-            (position.pan - s.position.pan).abs() <= pan_tolerance
-                && (position.tilt - s.position.tilt).abs() <= tilt_tolerance
-        };
         let next = match steady.take() {
-            Some(s) if same(&s) => Steady { readings: s.readings + 1, ..s },
+            Some(s) if self.same(&position, &s.position) => Steady { readings: s.readings + 1, ..s },
             _ => Steady { position, since: now, readings: 1 },
         };
         Ok(steady.insert(next))
