@@ -610,6 +610,9 @@ impl Drop for Served {
 /// A Python with these packages, in a folder of its own under target/; `None`, with a line that says
 /// so, where they are not to be had.
 fn python_with(folder: &str, packages: &[&str], check: &str) -> Option<PathBuf> {
+    // One test fills the folder, the other waits for it.
+    static FILLING: Mutex<()> = Mutex::new(());
+    let _alone = FILLING.lock();
     let python = data::target().join(folder).join("bin/python");
     let works = || {
         let run = Command::new(&python).args(["-c", check]).stdout(Stdio::null()).stderr(Stdio::null()).status();
