@@ -5,6 +5,8 @@ PYTHON ?= python3
 PREFIX ?= /usr/local
 LIBDIR ?= $(PREFIX)/lib
 INCLUDEDIR ?= $(PREFIX)/include
+# Of the guard program of GPIO lasers: the library looks for it in ../libexec beside its own folder.
+LIBEXECDIR ?= $(PREFIX)/libexec
 DESTDIR ?=
 
 VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
@@ -25,7 +27,7 @@ help:
 	@echo "make accuracy   measures accuracy against bounds and truth; target/accuracy.json"
 	@echo "make fuzz       ten million random inputs for every reader of outside bytes"
 	@echo "make bench      measures speed, ours and the peers'; target/bench.json"
-	@echo "make install    installs library, header and ptzcal.pc (PREFIX=$(PREFIX), DESTDIR=)"
+	@echo "make install    installs library, header, laser guard and ptzcal.pc (PREFIX=$(PREFIX), DESTDIR=)"
 	@echo "make header     writes include/ptzcal.h anew from src/capi"
 	@echo "make lint       formatting and clippy"
 
@@ -80,9 +82,10 @@ lint: need-cargo
 
 # The archive is built without link-time optimisation, so that any linker takes it.
 install: need-cargo
-	$(CARGO) build --release $(FEATURES) --lib
+	$(CARGO) build --release $(FEATURES) --lib --bins
 	CARGO_PROFILE_RELEASE_LTO=off $(CARGO) rustc --release $(FEATURES) --lib --crate-type staticlib --target-dir $(TARGET)/archive
-	install -d $(DESTDIR)$(LIBDIR)/pkgconfig $(DESTDIR)$(INCLUDEDIR)
+	install -d $(DESTDIR)$(LIBDIR)/pkgconfig $(DESTDIR)$(INCLUDEDIR) $(DESTDIR)$(LIBEXECDIR)/ptzcal
+	install -m 755 $(TARGET)/release/ptzcal-laser-guard $(DESTDIR)$(LIBEXECDIR)/ptzcal/ptzcal-laser-guard
 	install -m 755 $(TARGET)/release/libptzcal.so $(DESTDIR)$(LIBDIR)/libptzcal.so.$(ABI).$(VERSION)
 	ln -sf libptzcal.so.$(ABI).$(VERSION) $(DESTDIR)$(LIBDIR)/libptzcal.so.$(ABI)
 	ln -sf libptzcal.so.$(ABI) $(DESTDIR)$(LIBDIR)/libptzcal.so

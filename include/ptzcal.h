@@ -4485,8 +4485,11 @@ typedef int32_t (*ptzcal_ptz_stop_fn)(void *user) PTZCAL_CALLBACK_NOEXCEPT;
 typedef struct ptzcal_ptz {
   /** Set by ptzcal_ptz_init. */
   uint32_t struct_size;
-  /** 0. */
-  uint32_t reserved;
+  /**
+   * 1: pan and tilt are numbers without known angles, and "radians" below are those numbers; 0: they
+   * are radians.
+   */
+  uint32_t raw_units;
   /** Least pan that the head reaches, radians. */
   double pan_min;
   /** Greatest pan, radians. */
@@ -4797,6 +4800,167 @@ ptzcal_status ptzcal_simulator_sleep(const ptzcal_simulator *simulator,
                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+ * Angle maps
+ *
+ * Some heads count in numbers of their own, such as ONVIF's generic space from -1 to 1, which have no
+ * angles. A map says which angles they are. It is learned once (ptzcal_learn_angles), kept in a file,
+ * and set in the options of a rig or head, which then speaks radians.
+ * ============================================================================================= */
+
+/** Which angles a head's numbers are. Immutable: any number of threads may read it. */
+typedef struct ptzcal_angle_map ptzcal_angle_map;
+
+/** What a map covers, and how well it was learned. */
+typedef struct ptzcal_angle_summary {
+  /** Set by ptzcal_angle_summary_init. */
+  uint32_t struct_size;
+  /**
+   * Pictures that it was learned from; 0: it was made by other means, and the numbers of the learning
+   * are 0.
+   */
+  uint32_t frames;
+  /** Pairs of pictures that were matched. */
+  uint32_t pairs;
+  /** 0. */
+  uint32_t reserved;
+  /** The device's numbers that are covered: least and greatest pan, least and greatest tilt. */
+  double raw[4];
+  /** The angles that are covered, radians: least and greatest pan, least and greatest tilt. */
+  double angles[4];
+  /** How the camera sits on the axes, radians: collimation, roll, trunnion (as a theodolite's). */
+  double mounting[3];
+  /** Standard deviations of the mounting, radians. */
+  double mounting_sigma[3];
+  /** Root mean square of the matches' residuals, px. */
+  double rms;
+  /** Share of the matches that agreed with nothing. */
+  double outliers;
+  /** How far the head is from the map each time, radians (standard deviation): pan, tilt. */
+  double repeatability[2];
+  /** Which share of a turn the camera's distance from the axes looks like; 0.01 is 1 degree of 100. */
+  double parallax;
+  /** Standard deviation of the parallax. */
+  double parallax_sigma;
+} ptzcal_angle_summary;
+
+/**
+ * Sets up a summary: everything 0.
+ *
+ * @param summary The struct.
+ * @param size    sizeof *summary.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_angle_summary_init(ptzcal_angle_summary *summary,
+                                        size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Reads a map's file.
+ *
+ * @param path  The file.
+ * @param map   Receives the map; free it with ptzcal_angle_map_free.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO, _FILE_FORMAT, _FILE_VERSION.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_angle_map_read(const char *path,
+                                    ptzcal_angle_map **map,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes a map as JSON, with the residuals of its learning. The file is at every moment the old one
+ * or the whole new one.
+ *
+ * @param map   The map.
+ * @param path  The file.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_DISK_FULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_angle_map_save(const ptzcal_angle_map *map,
+                                    const char *path,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a map. Options that it was set in keep what they need of it.
+ *
+ * @param map The map; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_angle_map_free(ptzcal_angle_map *map) PTZCAL_NOEXCEPT;
+
+/**
+ * What the map covers, and how well it was learned.
+ *
+ * @param map     The map.
+ * @param summary Receives the summary; set up by ptzcal_angle_summary_init.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_angle_map_get_summary(const ptzcal_angle_map *map,
+                                           ptzcal_angle_summary *summary,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Angles of a head's numbers.
+ *
+ * @param map        The map.
+ * @param raw_pan    The device's number.
+ * @param raw_tilt   The device's number.
+ * @param pan        Receives radians, positive right.
+ * @param tilt       Receives radians, positive up.
+ * @param pan_sigma  Receives the standard deviation of pan, radians; may be NULL.
+ * @param tilt_sigma Receives the standard deviation of tilt, radians; may be NULL.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNREACHABLE or PTZCAL_STATUS_INVALID_ARGUMENT for numbers that
+ *         the map does not cover.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_angle_map_to_angles(const ptzcal_angle_map *map,
+                                         double raw_pan,
+                                         double raw_tilt,
+                                         double *pan,
+                                         double *tilt,
+                                         double *pan_sigma,
+                                         double *tilt_sigma,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * A head's numbers of angles.
+ *
+ * @param map      The map.
+ * @param pan      Radians, positive right.
+ * @param tilt     Radians, positive up.
+ * @param raw_pan  Receives the device's number.
+ * @param raw_tilt Receives the device's number.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNREACHABLE or PTZCAL_STATUS_INVALID_ARGUMENT for angles that
+ *         the map does not cover.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_angle_map_to_raw(const ptzcal_angle_map *map,
+                                      double pan,
+                                      double tilt,
+                                      double *raw_pan,
+                                      double *raw_tilt,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
  * What a rig is made of
  *
  * Devices by callbacks or by an address, the rig's model, and how it behaves. The options are read
@@ -4893,6 +5057,38 @@ ptzcal_status ptzcal_rig_options_set_laser_address(ptzcal_rig_options *options,
 ptzcal_status ptzcal_rig_options_set_frames_address(ptzcal_rig_options *options,
                                                     const char *address,
                                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets which angles the numbers of a head without angles are: the rig refuses such a head without it.
+ *
+ * @param options The options.
+ * @param map     The map, copied; may be NULL: none.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; opening refuses the map for a head that knows angles itself.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_options_set_angle_map(ptzcal_rig_options *options,
+                                               const ptzcal_angle_map *map,
+                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the greatest share of the time that the laser is on, in any window. Scans pause where they have to.
+ *
+ * @param options The options.
+ * @param duty    More than 0, at most 1; the default is 1: no limit.
+ * @param window  Seconds, more than 0, at most 3600; the default is 10.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_options_set_laser_duty(ptzcal_rig_options *options,
+                                                double duty,
+                                                double window,
+                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
  * Sets who opens the devices that ask for it (ONVIF).
@@ -5176,6 +5372,88 @@ ptzcal_status ptzcal_head_options_set_address(ptzcal_head_options *options,
 ptzcal_status ptzcal_head_options_set_ptz(ptzcal_head_options *options,
                                           const ptzcal_ptz *ptz,
                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets where frames of the camera on the head come from, for ptzcal_probe and ptzcal_learn_angles; a
+ * host's frames take their place. A simulator and a recording bring their own.
+ *
+ * @param options The options.
+ * @param address Such as "v4l2:///dev/video0", "onvif://camera.lan"; may be NULL: none. It may hold no
+ *                password.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; what opens it says what is wrong with it.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_options_set_frames_address(ptzcal_head_options *options,
+                                                     const char *address,
+                                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the laser of the head, for ptzcal_probe; a host's takes its place. A simulator brings its own.
+ *
+ * @param options The options.
+ * @param address Such as "gpio:///dev/gpiochip0/laser"; may be NULL: none. It may hold no
+ *                password.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; what opens it says what is wrong with it.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_options_set_laser_address(ptzcal_head_options *options,
+                                                    const char *address,
+                                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets where the host's frames of the camera on the head come from.
+ *
+ * @param options    The options.
+ * @param next_frame Hands over a frame; timestamps are NAN, or seconds of no clock that the library knows.
+ * @param user       Handed to the callback.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NULL_POINTER.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_options_set_frames(ptzcal_head_options *options,
+                                             ptzcal_frame_fn next_frame,
+                                             void *user,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets the host's laser of the head.
+ *
+ * @param options The options.
+ * @param set     Switches the laser.
+ * @param user    Handed to the callback.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NULL_POINTER.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_options_set_laser(ptzcal_head_options *options,
+                                            ptzcal_laser_fn set,
+                                            void *user,
+                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets which angles the numbers of a head without angles are: it then speaks radians.
+ *
+ * @param options The options.
+ * @param map     The map, copied; may be NULL: none.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; opening refuses the map for a head that knows angles itself.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_options_set_angle_map(ptzcal_head_options *options,
+                                                const ptzcal_angle_map *map,
+                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
  * Sets who opens a device that asks for it (ONVIF).
@@ -5661,6 +5939,300 @@ ptzcal_status ptzcal_head_clear_preset(const ptzcal_head *head,
                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+ * Learning angles
+ *
+ * What the numbers of a head without angles mean is found out by turning its camera over a scene with
+ * texture: how far the pictures turn tells the angles. The camera's lens has to be known.
+ * ============================================================================================= */
+
+/** How angles are learned. */
+typedef struct ptzcal_angle_learning_options {
+  /** Set by ptzcal_angle_learning_options_init. */
+  uint32_t struct_size;
+  /** Least number of positions of an axis, 3 to 256; the default is 7. */
+  uint32_t min_positions;
+  /** Most pictures, 9 to 1000; the default is 400. */
+  uint32_t max_frames;
+  /** 0. */
+  uint32_t reserved;
+  /** Share of the picture by which neighbouring pictures are apart; the default is 0.3. */
+  double step;
+  /** Nearest distance of what is seen, metres; the default is 2. */
+  double scene_nearest;
+  /** Farthest distance of what is seen, metres; the default is 100. */
+  double scene_farthest;
+  /**
+   * How far the camera's centre is from the axes, metres, as a rig model's tilt_y, tilt_z, pan_x, pan_z;
+   * the default is 0, 0.02, 0, 0.02.
+   */
+  double levers[4];
+  /** Standard deviation of the levers, metres; the default is 0.015. */
+  double lever_sigma;
+  /** Least share of each axis's range that must be learned; the default is 0.5. */
+  double min_cover;
+  /** Greatest root mean square of the residuals, px; the default is 2. */
+  double max_rms;
+} ptzcal_angle_learning_options;
+
+/**
+ * Sets up options with their defaults.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_angle_learning_options_init(ptzcal_angle_learning_options *options,
+                                                 size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Turns a head over its range and learns which angles its numbers are. It takes some minutes. Zoom stays
+ * as it is: the camera must be the lens's at this zoom. The head is stopped on every way out that is an
+ * error.
+ *
+ * @param head     The head's options: the head, and its camera's frames.
+ * @param camera   The lens of the camera on the head; its pose does not matter.
+ * @param options  How; may be NULL: the defaults.
+ * @param progress Hears of each picture; may be NULL.
+ * @param user     Handed to the callback.
+ * @param token    Stops the work from another thread; may be NULL.
+ * @param map      Receives the map; free it with ptzcal_angle_map_free.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FOUND without texture, and when the picture does not turn;
+ *         PTZCAL_STATUS_TOO_FEW_POINTS when pictures have too little in common; PTZCAL_STATUS_AMBIGUOUS
+ *         for an axis that turns both ways; PTZCAL_STATUS_NO_CONSENSUS for a camera that does not turn
+ *         about two axes; PTZCAL_STATUS_DEGENERATE; PTZCAL_STATUS_CANCELLED;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT; those of ptzcal_head_open and a device's own.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_learn_angles(const ptzcal_head_options *head,
+                                  const ptzcal_camera *camera,
+                                  const ptzcal_angle_learning_options *options,
+                                  ptzcal_progress_fn progress,
+                                  void *user,
+                                  const ptzcal_cancel *token,
+                                  ptzcal_angle_map **map,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Probing devices
+ *
+ * What a device really is and does: limits, speeds, repeatability, backlash, latencies, and whether what
+ * it reports is true. It is moved a little, and watched.
+ * ============================================================================================= */
+
+/** What is measured of a device. */
+enum {
+  /** Least pan that was reached, as read; with reach_limits. */
+  PTZCAL_PROBE_FIGURE_PAN_MIN = 0,
+  /** Greatest pan that was reached. */
+  PTZCAL_PROBE_FIGURE_PAN_MAX = 1,
+  /** Least tilt that was reached. */
+  PTZCAL_PROBE_FIGURE_TILT_MIN = 2,
+  /** Greatest tilt that was reached. */
+  PTZCAL_PROBE_FIGURE_TILT_MAX = 3,
+  /** Greatest speed of moves in pan. */
+  PTZCAL_PROBE_FIGURE_PAN_SPEED = 4,
+  /** Greatest speed of moves in tilt. */
+  PTZCAL_PROBE_FIGURE_TILT_SPEED = 5,
+  /** From a move's command to the first reading that differs, seconds. */
+  PTZCAL_PROBE_FIGURE_START_LATENCY = 6,
+  /** How long a call for the position takes, seconds. */
+  PTZCAL_PROBE_FIGURE_POSITION_TIME = 7,
+  /** 1: readings follow the head; 0: they repeat the command. */
+  PTZCAL_PROBE_FIGURE_POSITION_FOLLOWS = 8,
+  /** Greatest distance of a settled pan reading from its target. */
+  PTZCAL_PROBE_FIGURE_PAN_ERROR = 9,
+  /** Greatest distance of a settled tilt reading from its target. */
+  PTZCAL_PROBE_FIGURE_TILT_ERROR = 10,
+  /** Standard deviation of settled pan readings on returns from one side. */
+  PTZCAL_PROBE_FIGURE_PAN_READING_REPEATABILITY = 11,
+  /** The same of tilt. */
+  PTZCAL_PROBE_FIGURE_TILT_READING_REPEATABILITY = 12,
+  /** The same of the picture across, pixels. */
+  PTZCAL_PROBE_FIGURE_PAN_REPEATABILITY_PX = 13,
+  /** The same of the picture up and down, pixels. */
+  PTZCAL_PROBE_FIGURE_TILT_REPEATABILITY_PX = 14,
+  /** The same as an angle of pan; with a camera. */
+  PTZCAL_PROBE_FIGURE_PAN_REPEATABILITY = 15,
+  /** The same as an angle of tilt; with a camera. */
+  PTZCAL_PROBE_FIGURE_TILT_REPEATABILITY = 16,
+  /**
+   * How far the picture is apart when a place is reached from above and from below, pixels; positive
+   * when the head lags behind.
+   */
+  PTZCAL_PROBE_FIGURE_PAN_BACKLASH_PX = 17,
+  /** The same of tilt. */
+  PTZCAL_PROBE_FIGURE_TILT_BACKLASH_PX = 18,
+  /** The same as an angle of pan; with a camera. */
+  PTZCAL_PROBE_FIGURE_PAN_BACKLASH = 19,
+  /** The same as an angle of tilt; with a camera. */
+  PTZCAL_PROBE_FIGURE_TILT_BACKLASH = 20,
+  /** Smallest commanded move of pan that the readings show. */
+  PTZCAL_PROBE_FIGURE_PAN_SMALLEST_MOVE = 21,
+  /** Smallest commanded move of tilt that the readings show. */
+  PTZCAL_PROBE_FIGURE_TILT_SMALLEST_MOVE = 22,
+  /** How far the head moves on after a stop, by its readings. */
+  PTZCAL_PROBE_FIGURE_STOP_DISTANCE = 23,
+  /** How long it moves on after a stop, seconds. */
+  PTZCAL_PROBE_FIGURE_STOP_TIME = 24,
+  /** How long the picture moves on after the device reports arrival, seconds. */
+  PTZCAL_PROBE_FIGURE_MOVES_AFTER_ARRIVAL = 25,
+  /** 1: the head stands (but for its swing) when the device says so; 0: it does not. */
+  PTZCAL_PROBE_FIGURE_ARRIVAL_HONEST = 26,
+  /** Time between frames, seconds. */
+  PTZCAL_PROBE_FIGURE_FRAME_INTERVAL = 27,
+  /** From the start of a frame's exposure to its delivery, seconds. */
+  PTZCAL_PROBE_FIGURE_FRAME_AGE = 28,
+  /** From a move's command to the delivery of the first frame that shows it, seconds. */
+  PTZCAL_PROBE_FIGURE_VISIBLE_AFTER = 29,
+  /** The same in frames. */
+  PTZCAL_PROBE_FIGURE_VISIBLE_AFTER_FRAMES = 30,
+  /** From switching the laser to the delivery of the first frame that shows it, seconds. */
+  PTZCAL_PROBE_FIGURE_LASER_VISIBLE_AFTER = 31,
+  /** The same in frames. */
+  PTZCAL_PROBE_FIGURE_LASER_VISIBLE_AFTER_FRAMES = 32,
+  /** How long probing took, seconds. */
+  PTZCAL_PROBE_FIGURE_DURATION = 33,
+};
+typedef uint32_t ptzcal_probe_figure;
+
+/** What was found out about a device. Immutable: any number of threads may read it. */
+typedef struct ptzcal_probe_report ptzcal_probe_report;
+
+/** How a device is probed. */
+typedef struct ptzcal_probe_options {
+  /** Set by ptzcal_probe_options_init. */
+  uint32_t struct_size;
+  /** Returns to a place from each side, 2 to 100; the default is 5. */
+  uint32_t repeats;
+  /** 1: go to the four limits of the reported range, too; the default is 0. */
+  uint32_t reach_limits;
+  /** 1: switch the laser, where the options name one, for a second at most; the default is 0. */
+  uint32_t toggle_laser;
+  /** Size of the moves, share of each axis's range, 0.005 to 0.4; the default is 0.1. */
+  double amplitude;
+  /** Longest time, seconds: what is not measured then stays open; the default is 300. */
+  double max_time;
+} ptzcal_probe_options;
+
+/** A figure that was measured. */
+typedef struct ptzcal_figure {
+  /** Set by ptzcal_figure_init. */
+  uint32_t struct_size;
+  /** Measurements that it comes from. */
+  uint32_t count;
+  /**
+   * Radians (the device's own numbers where it knows no angles), radians per second, pixels, seconds,
+   * frames; 1 or 0 for yes and no.
+   */
+  double value;
+  /** Its standard deviation. */
+  double sigma;
+} ptzcal_figure;
+
+/**
+ * Sets up options with their defaults.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_probe_options_init(ptzcal_probe_options *options,
+                                        size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a figure: everything 0.
+ *
+ * @param figure The struct.
+ * @param size   sizeof *figure.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_figure_init(ptzcal_figure *figure, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds out what a device is and does. It takes some minutes at most. The head stays within a part of
+ * its range about where it stands (unless the limits are asked for) and comes back; it is stopped on
+ * every way out that is an error.
+ *
+ * @param head    The head's options: the head, and where they are set its camera's frames and its laser.
+ * @param camera  Lens of the camera on the head, for angles instead of pixels; may be NULL.
+ * @param options How; may be NULL: the defaults.
+ * @param token   Stops the work from another thread; may be NULL.
+ * @param report  Receives the report; free it with ptzcal_probe_report_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK, also when some figures could not be had: the report says why;
+ *         PTZCAL_STATUS_CANCELLED; PTZCAL_STATUS_INVALID_ARGUMENT; those of ptzcal_head_open and a
+ *         device's own.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_probe(const ptzcal_head_options *head,
+                           const ptzcal_camera *camera,
+                           const ptzcal_probe_options *options,
+                           const ptzcal_cancel *token,
+                           ptzcal_probe_report **report,
+                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * A figure of a report.
+ *
+ * @param report The report.
+ * @param which  A ptzcal_probe_figure.
+ * @param figure Receives the figure; set up by ptzcal_figure_init.
+ * @param error  Receives the error, whose message says why there is no figure; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FOUND when it could not be had;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_probe_report_get(const ptzcal_probe_report *report,
+                                      uint32_t which,
+                                      ptzcal_figure *figure,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The report as text that a person understands, in UTF-8 without a NUL.
+ *
+ * @param report   The report.
+ * @param buffer   Receives the text; may be NULL when capacity is 0.
+ * @param capacity Bytes of the buffer.
+ * @param needed   Receives the number of bytes; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: needed says the size.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_probe_report_copy_text(const ptzcal_probe_report *report,
+                                            char *buffer,
+                                            size_t capacity,
+                                            size_t *needed,
+                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a report.
+ *
+ * @param report The report; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_probe_report_free(ptzcal_probe_report *report) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
  * Rigs
  *
  * A rig is a pan-tilt head with a camera and a laser. It is opened on the host's callbacks or on an
@@ -6031,6 +6603,23 @@ ptzcal_status ptzcal_scan_options_set_frames_per_state(ptzcal_scan_options *opti
 ptzcal_status ptzcal_scan_options_set_coarse_shots(ptzcal_scan_options *options,
                                                    uint32_t shots,
                                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets how long a device that is gone (unplugged, switched off) is waited for; the drivers of the
+ * library open theirs again when it is back. The laser is off meanwhile.
+ *
+ * @param options The options.
+ * @param seconds 0 to 86400; the default is 0: the scan ends at once, and its journal keeps what it
+ *                has.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_set_reconnect(ptzcal_scan_options *options,
+                                                double seconds,
+                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
  * Sets how spots are found; region and band of the spot options are set by the scan.

@@ -2,9 +2,9 @@
 //! visca-over-ip (Python, UDP with the header) and pyvisca (Python, serial).
 
 use std::net::SocketAddr;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use grafton_visca::CompileTimeProfile;
@@ -129,13 +129,12 @@ fn grafton_visca_drives_a_ptzoptics_over_the_network() {
     }
 }
 
-/// The Python clients' environment.
+/// Runs a program in the Python clients' environment.
 fn run(program: &str, argument: &str) -> Option<String> {
-    let python = environment(
-        "visca-peers-venv",
-        &["visca-over-ip==0.5.2", "pyvisca==0.1.9", "pyserial"],
-        "visca_over_ip, pyvisca, serial",
-    )?;
+    static PYTHON: OnceLock<Option<PathBuf>> = OnceLock::new();
+    let packages = ["visca-over-ip==0.5.2", "pyvisca==0.1.9", "pyserial"];
+    let make = || environment("visca-peers-venv", &packages, "visca_over_ip, pyvisca, serial");
+    let python = PYTHON.get_or_init(make).as_ref()?;
     let (success, text) = output(Command::new(python).args(["-c", program, argument]), Duration::from_secs(60));
     assert!(success, "{text}");
     print!("{text}");

@@ -20,6 +20,7 @@ mod lines;
 mod meva;
 mod outliers;
 mod real;
+mod settle;
 mod simulated;
 #[path = "../../tests/support/thesis.rs"]
 mod thesis;
@@ -78,6 +79,9 @@ fn main() -> std::io::Result<()> {
     }
     if wanted("end_to_end") {
         end_to_end::run(&mut report);
+    }
+    if wanted("settle") {
+        settle::run(scale(500), &mut report);
     }
     if wanted("real") {
         real::run(&mut report);

@@ -108,8 +108,6 @@ pub struct Solution {
     pub mounting_sigma: [f64; 3],
     /// Of the mean inverse depth.
     pub mean_sigma: f64,
-    /// Scale of the errors' distribution for a sight of sigma 1, px.
-    pub noise: f64,
     /// px, of every sight, track after track.
     pub residuals: Vec<Vec<Vector2<f64>>>,
 }
@@ -436,7 +434,7 @@ impl Problem<'_> {
         let linear = self.linearise(&state, noise);
         let n = linear.gradient.len();
         let open = || Error::degenerate(Degeneracy::IllConditioned, "the matches do not tie all frames together");
-        let reduced = linear.reduced(0.0).ok_or_else(open)?.0;
+        let reduced = linear.reduced(0.0).ok_or_else(open)?.hessian;
         let scale: Vec<f64> = (0..n).map(|i| reduced[(i, i)].max(1e-300).sqrt().recip()).collect();
         let scaled = DMatrix::from_fn(n, n, |i, j| reduced[(i, j)] * scale[i] * scale[j]);
         let inverse = Cholesky::new(scaled).ok_or_else(open)?.inverse();
@@ -460,7 +458,6 @@ impl Problem<'_> {
             covariance,
             mounting_sigma: std::array::from_fn(|i| entry(i, i).max(0.0).sqrt()),
             mean_sigma: entry(MEAN, MEAN).max(0.0).sqrt(),
-            noise,
             state,
         })
     }
@@ -483,6 +480,12 @@ impl PointBlock {
     }
 }
 
+struct Reduced {
+    hessian: DMatrix<f64>,
+    gradient: DVector<f64>,
+    inverses: Vec<Matrix3<f64>>,
+}
+
 struct Linear {
     hessian: DMatrix<f64>,
     gradient: DVector<f64>,
@@ -494,7 +497,7 @@ struct Linear {
 
 impl Linear {
     /// Normal equations without the points (Schur complement), and the points' damped inverses.
-    fn reduced(&self, damping: f64) -> Option<(DMatrix<f64>, DVector<f64>, Vec<Matrix3<f64>>)> {
+    fn reduced(&self, damping: f64) -> Option<Reduced> {
         let (mut hessian, mut gradient) = (self.hessian.clone(), self.gradient.clone());
         for i in 0..hessian.nrows() {
             hessian[(i, i)] *= 1.0 + damping;
@@ -519,11 +522,11 @@ impl Linear {
             }
             inverses.push(inverse);
         }
-        Some((hessian, gradient, inverses))
+        Some(Reduced { hessian, gradient, inverses })
     }
 
     fn step(&self, damping: f64) -> Option<(DVector<f64>, Vec<Vector3<f64>>)> {
-        let (hessian, gradient, inverses) = self.reduced(damping)?;
+        let Reduced { hessian, gradient, inverses } = self.reduced(damping)?;
         let n = gradient.len();
         let scale = DVector::from_fn(n, |i, _| hessian[(i, i)].max(1e-300).sqrt().recip());
         let scaled = DMatrix::from_fn(n, n, |i, j| hessian[(i, j)] * scale[i] * scale[j]);

@@ -158,7 +158,7 @@ impl<'a> Session<'a> {
             return Err(Error::NotFound { reason });
         }
         let mut plan = [Vec::new(), Vec::new()];
-        for axis in 0..2 {
+        for (axis, positions) in plan.iter_mut().enumerate() {
             let scale = self.explore(axis, centre, at, &seen, progress)?;
             let [low, high] = self.range(axis);
             // The lowest position is approached from below, too.
@@ -166,7 +166,7 @@ impl<'a> Session<'a> {
             let step = self.options.step * self.field_of_view(axis) / scale;
             let count = ((high - low) / step).ceil().min(1e6) as usize + 1;
             let count = count.max(self.options.min_positions);
-            plan[axis] = (0..count.min(1 << 16)).map(|i| low + (high - low) * i as f64 / (count - 1) as f64).collect();
+            *positions = (0..count.min(1 << 16)).map(|i| low + (high - low) * i as f64 / (count - 1) as f64).collect();
         }
         let total = plan[0].len() * plan[1].len();
         if total > self.options.max_frames {
@@ -204,7 +204,7 @@ impl<'a> Session<'a> {
     ) -> Result<f64> {
         let [low, high] = self.range(axis);
         let (mut share, mut best, mut lost) = (FIRST_MOVE, None, false);
-        while share >= MOVES[0] && share <= MOVES[1] {
+        while (MOVES[0]..=MOVES[1]).contains(&share) {
             tell(progress, 0, 0)?;
             let mut target = centre;
             target[axis] += share * (high - low);
@@ -314,16 +314,15 @@ impl<'a> Session<'a> {
     }
 
     fn check_cover(&self, used: &[usize]) -> Result<()> {
-        for axis in 0..2 {
+        for (axis, name) in NAMES.iter().enumerate() {
             let places = used.iter().map(|k| self.raw[*k][axis]);
             let (least, greatest) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), r| (a.min(r), b.max(r)));
             let [low, high] = self.range(axis);
             let share = ((greatest - least) / (high - low)).max(0.0);
             if share < self.options.min_cover {
                 let detail = format!(
-                    "pictures are tied together over {:.0} % of the {} range ({} of {} frames)",
+                    "pictures are tied together over {:.0} % of the {name} range ({} of {} frames)",
                     100.0 * share,
-                    NAMES[axis],
                     used.len(),
                     self.raw.len()
                 );

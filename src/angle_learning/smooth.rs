@@ -145,7 +145,7 @@ mod tests {
                 count += 1.0;
             }
         }
-        (inside / count, (square / count as f64).sqrt(), repeat / sigma)
+        (inside / count, (square / count).sqrt(), repeat / sigma)
     }
 
     #[test]

@@ -2,7 +2,6 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::bundle::State;
 use super::pairs::Pair;
 use crate::error::{Degeneracy, Error, Result};
 use crate::geometry::angle_map::Mounting;
@@ -27,7 +26,7 @@ pub struct Start {
 /// `NotFound`: an axis does not turn the picture; `Ambiguous`: turns contradict each other;
 /// `Degenerate`: axes that make no pan-tilt head.
 pub fn start(raw: &[[f64; 2]], cells: &[[usize; 2]], pairs: &[Pair], reference: usize) -> Result<Start> {
-    let (frames, parents, orientation) = chain(raw.len(), pairs, reference);
+    let Chain { frames, parents, orientation } = chain(raw.len(), pairs, reference);
     let connected: Vec<&Pair> =
         pairs.iter().filter(|p| orientation[p.a].is_some() && orientation[p.b].is_some()).collect();
     // Camera to world, the reference's camera.
@@ -81,18 +80,19 @@ pub fn start(raw: &[[f64; 2]], cells: &[[usize; 2]], pairs: &[Pair], reference: 
     Ok(Start { frames, angles, mounting })
 }
 
-impl Start {
-    pub fn state(self, problem: &super::bundle::Problem<'_>) -> State {
-        State::new(self.mounting, self.angles, problem)
-    }
+/// The tree of the strongest pairs (Prim).
+struct Chain {
+    /// Frames in its order.
+    frames: Vec<usize>,
+    parents: Vec<Option<usize>>,
+    /// Camera to world of each frame in the tree.
+    orientation: Vec<Option<Matrix3<f64>>>,
 }
 
-/// Orientations along the tree of the strongest pairs (Prim): frames in its order, their parents, and
-/// camera to world.
-fn chain(count: usize, pairs: &[Pair], root: usize) -> (Vec<usize>, Vec<Option<usize>>, Vec<Option<Matrix3<f64>>>) {
+fn chain(count: usize, pairs: &[Pair], root: usize) -> Chain {
     let mut orientation = vec![None; count];
     let mut parents = vec![None; count];
-    let mut order = vec![root];
+    let mut frames = vec![root];
     orientation[root] = Some(Matrix3::identity());
     loop {
         let open = pairs.iter().filter(|p| orientation[p.a].is_some() != orientation[p.b].is_some());
@@ -101,9 +101,9 @@ fn chain(count: usize, pairs: &[Pair], root: usize) -> (Vec<usize>, Vec<Option<u
             if orientation[p.a].is_some() { (p.a, p.b, p.rotation.transpose()) } else { (p.b, p.a, p.rotation) };
         orientation[to] = orientation[from].map(|q: Matrix3<f64>| q * turn);
         parents[to] = Some(from);
-        order.push(to);
+        frames.push(to);
     }
-    (order, parents, orientation)
+    Chain { frames, parents, orientation }
 }
 
 /// The common direction of rotation vectors.

@@ -89,8 +89,9 @@ pub type ptzcal_clock_sleep_fn = Option<unsafe extern "C" fn(user: *mut c_void, 
 pub struct ptzcal_ptz {
     /// Set by ptzcal_ptz_init.
     pub struct_size: u32,
-    /// 0.
-    pub reserved: u32,
+    /// 1: pan and tilt are numbers without known angles, and "radians" below are those numbers; 0: they
+    /// are radians.
+    pub raw_units: u32,
     /// Least pan that the head reaches, radians.
     pub pan_min: f64,
     /// Greatest pan, radians.
@@ -122,7 +123,7 @@ unsafe impl SizedStruct for ptzcal_ptz {
     fn initial() -> Self {
         Self {
             struct_size: size_of::<Self>() as u32,
-            reserved: 0,
+            raw_units: 0,
             pan_min: 0.0,
             pan_max: 0.0,
             tilt_min: 0.0,
@@ -193,6 +194,7 @@ impl HostPtz {
                 tilt_range: [p.tilt_min, p.tilt_max],
                 pan_step: p.pan_step,
                 tilt_step: p.tilt_step,
+                raw_units: super::args::flag(p.raw_units, "ptz.raw_units")?,
                 reports_motion: p.motion.is_some(),
                 reports_position: true,
                 ..PtzCapabilities::default()

@@ -14,10 +14,8 @@ use super::handle::{Handle, HandleOut, borrow, take};
 use super::head_options::{end_in_c, ptzcal_head_options};
 use super::sized::{self, SizedOut, SizedStruct};
 use super::status::ptzcal_status;
-use crate::device::{Address, Surroundings, open_ptz};
 use crate::error::Error;
 use crate::ptz::Head;
-use crate::rig::WholeRig;
 use std::ffi::c_char;
 
 /// An open head.
@@ -158,16 +156,7 @@ pub unsafe extern "C" fn ptzcal_head_open(
         // SAFETY: the caller keeps the header's rules for pointers.
         let (out, options) = unsafe { (HandleOut::new(head)?, borrow(options)?) };
         let s = options.0.read(ptzcal_head_options::NAME)?;
-        let around = Surroundings { log: s.log.clone(), credentials: s.credentials.clone(), ..Surroundings::default() };
-        let ptz = match (&s.ptz, s.address.as_deref()) {
-            (Some(ptz), _) => Box::new(ptz.clone()),
-            (None, Some(address)) if ["sim:", "folder:"].iter().any(|whole| address.starts_with(whole)) => {
-                WholeRig::open_to_drive(address)?.ptz(s.log.clone())?
-            }
-            (None, Some(address)) => open_ptz(&Address::parse(address)?, &around)?,
-            (None, None) => return Err(Error::invalid("options", "no head: set an address or the callbacks")),
-        };
-        out.give(ptzcal_head(Head::new(ptz, s.log.clone(), s.on_end())));
+        out.give(ptzcal_head(Head::new(s.open_head()?, s.log.clone(), s.on_end())));
         Ok(())
     })
 }

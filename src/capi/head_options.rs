@@ -3,28 +3,39 @@
 //! The head of a camera, to drive it as an operator does: without a rig, a laser, a scan. The options
 //! are read when a head is opened.
 
+use super::angle_map::{map_of, mapped, ptzcal_angle_map};
 use super::args::string_optional;
 use super::call::{ErrorOut, guard, guard_or};
-use super::devices::{HostPtz, ptzcal_ptz};
+use super::devices::{HostFrames, HostLaser, HostPtz, ptzcal_frame_fn, ptzcal_laser_fn, ptzcal_ptz};
 use super::error::ptzcal_error;
 use super::handle::{Exclusive, Handle, HandleOut, borrow, free};
 use super::log::{User, log, ptzcal_log_fn};
 use super::rig_options::credentials;
 use super::status::ptzcal_status;
-use crate::control::Log;
-use crate::device::Credentials;
-use crate::error::Result;
+use crate::control::{Clock, Log, SystemClock};
+use crate::device::{
+    Address, Credentials, FrameSource, Laser, PanTiltZoom, Surroundings, open_frames, open_laser, open_ptz,
+};
+use crate::error::{Error, Result};
+use crate::geometry::AngleMap;
 use crate::ptz::{MoveEnd, MoveEvent, OnMoveEnd};
+use crate::rig::WholeRig;
 use std::ffi::{c_char, c_void};
+use std::sync::Arc;
 
 /// What a head is opened with.
 pub struct ptzcal_head_options(pub(super) Exclusive<Settings>);
 
 #[derive(Default)]
 pub(super) struct Settings {
-    pub(super) address: Option<String>,
-    pub(super) ptz: Option<HostPtz>,
-    pub(super) credentials: Option<Credentials>,
+    address: Option<String>,
+    ptz: Option<HostPtz>,
+    frames_address: Option<String>,
+    frames: Option<HostFrames>,
+    laser_address: Option<String>,
+    laser: Option<HostLaser>,
+    angle_map: Option<AngleMap>,
+    credentials: Option<Credentials>,
     pub(super) log: Log,
     on_end: Option<(unsafe extern "C" fn(*mut c_void, u64, i32, i32, f64, f64), User)>,
 }
@@ -45,7 +56,66 @@ impl ptzcal_head_options {
     }
 }
 
+/// The devices of options.
+pub(super) struct Opened {
+    pub(super) ptz: Box<dyn PanTiltZoom>,
+    /// Where there are any.
+    pub(super) frames: Option<Box<dyn FrameSource>>,
+    pub(super) clock: Arc<dyn Clock>,
+    whole: Option<WholeRig>,
+    around: Surroundings,
+}
+
 impl Settings {
+    /// The head alone.
+    pub fn open_head(&self) -> Result<Box<dyn PanTiltZoom>> {
+        self.ptz_of(self.whole()?.as_ref(), &self.around(None))
+    }
+
+    /// The head, and the frames where they are set.
+    pub fn open(&self) -> Result<Opened> {
+        let whole = self.whole()?;
+        let around = self.around(whole.as_ref());
+        let ptz = self.ptz_of(whole.as_ref(), &around)?;
+        let frames: Option<Box<dyn FrameSource>> = match (&self.frames, &self.frames_address, &whole) {
+            (Some(frames), _, _) => Some(Box::new(frames.clone())),
+            (None, Some(address), _) => Some(open_frames(&Address::parse(address)?, &around)?),
+            (None, None, Some(whole)) => Some(whole.frames()?),
+            (None, None, None) => None,
+        };
+        Ok(Opened { ptz, frames, clock: around.clock.clone(), whole, around })
+    }
+
+    fn whole(&self) -> Result<Option<WholeRig>> {
+        let is_whole = |address: &&str| ["sim:", "folder:"].iter().any(|scheme| address.starts_with(scheme));
+        self.address.as_deref().filter(is_whole).map(WholeRig::open_to_drive).transpose()
+    }
+
+    fn around(&self, whole: Option<&WholeRig>) -> Surroundings {
+        let clock = whole.map_or_else(|| Arc::new(SystemClock::default()) as Arc<dyn Clock>, WholeRig::clock);
+        Surroundings { clock, log: self.log.clone(), credentials: self.credentials.clone() }
+    }
+
+    fn ptz_of(&self, whole: Option<&WholeRig>, around: &Surroundings) -> Result<Box<dyn PanTiltZoom>> {
+        let ptz = match (&self.ptz, whole, self.address.as_deref()) {
+            (Some(ptz), _, _) => Box::new(ptz.clone()),
+            (None, Some(whole), _) => whole.ptz(self.log.clone())?,
+            (None, None, Some(address)) => open_ptz(&Address::parse(address)?, around)?,
+            (None, None, None) => return Err(Error::invalid("options", "no head: set an address or the callbacks")),
+        };
+        mapped(ptz, self.angle_map.as_ref())
+    }
+
+    /// The laser, where one is set.
+    pub fn open_laser(&self, opened: &Opened) -> Result<Option<Box<dyn Laser>>> {
+        Ok(match (&self.laser, &self.laser_address, &opened.whole) {
+            (Some(laser), _, _) => Some(Box::new(laser.clone())),
+            (None, Some(address), _) => Some(open_laser(&Address::parse(address)?, &opened.around)?),
+            (None, None, Some(whole)) => Some(whole.laser()),
+            (None, None, None) => None,
+        })
+    }
+
     /// The host's callback for the ends of moves.
     pub fn on_end(&self) -> Option<OnMoveEnd> {
         let (callback, user) = self.on_end?;
@@ -190,6 +260,143 @@ pub unsafe extern "C" fn ptzcal_head_options_set_ptz(
         unsafe {
             let ptz = HostPtz::new(ptz)?;
             ptzcal_head_options::change(options, |o| o.ptz = Some(ptz))
+        }
+    })
+}
+
+/// Sets where frames of the camera on the head come from, for ptzcal_probe and ptzcal_learn_angles; a
+/// host's frames take their place. A simulator and a recording bring their own.
+///
+/// @param options The options.
+/// @param address Such as "v4l2:///dev/video0", "onvif://camera.lan"; may be NULL: none. It may hold no
+///                password.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; what opens it says what is wrong with it.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_head_options_set_frames_address(
+    options: *mut ptzcal_head_options,
+    address: *const c_char,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        unsafe {
+            let address = string_optional(address, "address")?;
+            ptzcal_head_options::change(options, |o| o.frames_address = address)
+        }
+    })
+}
+
+/// Sets the laser of the head, for ptzcal_probe; a host's takes its place. A simulator brings its own.
+///
+/// @param options The options.
+/// @param address Such as "gpio:///dev/gpiochip0/laser"; may be NULL: none. It may hold no
+///                password.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; what opens it says what is wrong with it.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_head_options_set_laser_address(
+    options: *mut ptzcal_head_options,
+    address: *const c_char,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        unsafe {
+            let address = string_optional(address, "address")?;
+            ptzcal_head_options::change(options, |o| o.laser_address = address)
+        }
+    })
+}
+
+/// Sets where the host's frames of the camera on the head come from.
+///
+/// @param options    The options.
+/// @param next_frame Hands over a frame; timestamps are NAN, or seconds of no clock that the library knows.
+/// @param user       Handed to the callback.
+/// @param error      Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NULL_POINTER.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_head_options_set_frames(
+    options: *mut ptzcal_head_options,
+    next_frame: ptzcal_frame_fn,
+    user: *mut c_void,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers and callbacks.
+        unsafe {
+            let frames = HostFrames::new(next_frame, user)?;
+            ptzcal_head_options::change(options, |o| o.frames = Some(frames))
+        }
+    })
+}
+
+/// Sets the host's laser of the head.
+///
+/// @param options The options.
+/// @param set     Switches the laser.
+/// @param user    Handed to the callback.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NULL_POINTER.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_head_options_set_laser(
+    options: *mut ptzcal_head_options,
+    set: ptzcal_laser_fn,
+    user: *mut c_void,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers and callbacks.
+        unsafe {
+            let laser = HostLaser::new(set, user)?;
+            ptzcal_head_options::change(options, |o| o.laser = Some(laser))
+        }
+    })
+}
+
+/// Sets which angles the numbers of a head without angles are: it then speaks radians.
+///
+/// @param options The options.
+/// @param map     The map, copied; may be NULL: none.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; opening refuses the map for a head that knows angles itself.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_head_options_set_angle_map(
+    options: *mut ptzcal_head_options,
+    map: *const ptzcal_angle_map,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        unsafe {
+            let map = map_of(map);
+            ptzcal_head_options::change(options, |o| o.angle_map = map)
         }
     })
 }

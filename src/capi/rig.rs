@@ -4,6 +4,7 @@
 //! address. The laser is off whenever the library is not sure: while the head moves, on every error,
 //! when a call is cancelled, and from the moment a rig is closed.
 
+use super::angle_map::mapped;
 use super::args::{Out, number, vectors};
 use super::call::{ErrorOut, guard};
 use super::cancel::ptzcal_cancel;
@@ -15,7 +16,7 @@ use super::simulator::{ptzcal_simulator, switch};
 use super::sized::SizedOut;
 use super::status::ptzcal_status;
 use crate::control::{Cancel, SystemClock};
-use crate::device::{Address, Brake, Surroundings, open_frames, open_laser, open_ptz};
+use crate::device::{Address, Brake, Laser, Surroundings, open_frames, open_laser, open_ptz};
 use crate::error::{Error, Result};
 use crate::geometry::RigModel;
 use crate::rig::{Aim, LaserControl, Rig, RigParts, WholeRig, aim_at_point};
@@ -81,22 +82,27 @@ pub unsafe extern "C" fn ptzcal_rig_open(
         let around = Surroundings { clock: clock.clone(), log: s.log.clone(), credentials: s.credentials.clone() };
         let missing = |what: &str| Error::invalid("options", format!("no {what}: set an address or the callback"));
         let at = |address: &Option<String>| address.as_deref().map(Address::parse).transpose();
+        // First, so that a laser left on is off whatever else fails to open.
+        let mut laser: Box<dyn Laser> = match (&s.laser, at(&s.laser_address)?, whole) {
+            (Some(laser), _, _) => Box::new(laser.clone()),
+            (None, Some(address), _) => open_laser(&address, &around)?,
+            (None, None, Some(whole)) => whole.laser(),
+            (None, None, None) => return Err(missing("laser")),
+        };
+        laser.set(false)?;
         let model = s.model.or_else(|| whole.map(WholeRig::model));
         let parts = RigParts {
             model: model.ok_or_else(|| Error::invalid("options", "no rig model: set one"))?,
-            // First, so that a laser left on goes off whatever else fails to open.
-            laser: match (&s.laser, at(&s.laser_address)?, whole) {
-                (Some(laser), _, _) => Box::new(laser.clone()),
-                (None, Some(address), _) => open_laser(&address, &around)?,
-                (None, None, Some(whole)) => whole.laser(),
-                (None, None, None) => return Err(missing("laser")),
-            },
-            ptz: match (&s.ptz, at(&s.ptz_address)?, whole) {
-                (Some(ptz), _, _) => Box::new(ptz.clone()),
-                (None, Some(address), _) => open_ptz(&address, &around)?,
-                (None, None, Some(whole)) => whole.ptz(s.log.clone())?,
-                (None, None, None) => return Err(missing("head")),
-            },
+            laser,
+            ptz: mapped(
+                match (&s.ptz, at(&s.ptz_address)?, whole) {
+                    (Some(ptz), _, _) => Box::new(ptz.clone()),
+                    (None, Some(address), _) => open_ptz(&address, &around)?,
+                    (None, None, Some(whole)) => whole.ptz(s.log.clone())?,
+                    (None, None, None) => return Err(missing("head")),
+                },
+                s.angle_map.as_ref(),
+            )?,
             frames: match (&s.frames, at(&s.frames_address)?, whole) {
                 (Some(frames), _, _) => Box::new(frames.clone()),
                 (None, Some(address), _) => open_frames(&address, &around)?,

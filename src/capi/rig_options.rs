@@ -3,6 +3,7 @@
 //! Devices by callbacks or by an address, the rig's model, and how it behaves. The options are read
 //! when a rig is opened.
 
+use super::angle_map::{map_of, ptzcal_angle_map};
 use super::args::{number, string_optional};
 use super::call::{ErrorOut, guard};
 use super::devices::{
@@ -15,9 +16,9 @@ use super::log::{log, ptzcal_log_fn};
 use super::rig_model::{model_in, ptzcal_rig_model};
 use super::status::ptzcal_status;
 use crate::control::{Clock, Log};
-use crate::device::Credentials;
+use crate::device::{Credentials, LaserLimits};
 use crate::error::{Error, Result};
-use crate::geometry::RigModel;
+use crate::geometry::{AngleMap, RigModel};
 use crate::rig::RigOptions;
 use std::ffi::{c_char, c_void};
 use std::sync::Arc;
@@ -31,6 +32,7 @@ pub(super) struct Settings {
     pub(super) ptz_address: Option<String>,
     pub(super) laser_address: Option<String>,
     pub(super) frames_address: Option<String>,
+    pub(super) angle_map: Option<AngleMap>,
     pub(super) credentials: Option<Credentials>,
     pub(super) model: Option<RigModel>,
     pub(super) ptz: Option<HostPtz>,
@@ -197,6 +199,65 @@ pub unsafe extern "C" fn ptzcal_rig_options_set_frames_address(
         unsafe {
             let address = string_optional(address, "address")?;
             ptzcal_rig_options::change(options, |o| o.frames_address = address)
+        }
+    })
+}
+
+/// Sets which angles the numbers of a head without angles are: the rig refuses such a head without it.
+///
+/// @param options The options.
+/// @param map     The map, copied; may be NULL: none.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; opening refuses the map for a head that knows angles itself.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_options_set_angle_map(
+    options: *mut ptzcal_rig_options,
+    map: *const ptzcal_angle_map,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        unsafe {
+            let map = map_of(map);
+            ptzcal_rig_options::change(options, |o| o.angle_map = map)
+        }
+    })
+}
+
+/// Sets the greatest share of the time that the laser is on, in any window. Scans pause where they have to.
+///
+/// @param options The options.
+/// @param duty    More than 0, at most 1; the default is 1: no limit.
+/// @param window  Seconds, more than 0, at most 3600; the default is 10.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_rig_options_set_laser_duty(
+    options: *mut ptzcal_rig_options,
+    duty: f64,
+    window: f64,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        let limits =
+            LaserLimits { duty: number(duty, "duty")?, window: number(window, "window")?, ..LaserLimits::default() };
+        limits.validate()?;
+        // SAFETY: the caller keeps the header's rules for pointers.
+        unsafe {
+            ptzcal_rig_options::change(options, |o| {
+                o.options.laser_duty = duty;
+                o.options.laser_duty_window = window;
+            })
         }
     })
 }

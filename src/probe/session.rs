@@ -100,12 +100,16 @@ impl<'a, 'o> Session<'a, 'o> {
         self.check()?;
         let identity = or_default(self.head.identity())?;
         let mut report = ProbeReport::new(identity, self.capabilities);
-        let start = read_position(self.head)?;
-        let start = [start.pan, start.tilt];
-        for k in 0..2 {
+        // A head on its way comes back to where that ends.
+        let rest = self.attempt(Self::wait_equal)?;
+        let start = match rest {
+            Ok(reading) => reading.at,
+            Err(_) => self.read()?.at,
+        };
+        for (k, at) in start.iter().enumerate() {
             let [low, high] = self.range(k);
             // Moves fit in about here.
-            self.base[k] = start[k].clamp(low + self.amplitude[k], high - self.amplitude[k]);
+            self.base[k] = at.clamp(low + self.amplitude[k], high - self.amplitude[k]);
         }
         self.look_at_frames(&mut report)?;
         let position_time = self.attempt(Self::position_time)?;

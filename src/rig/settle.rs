@@ -2,8 +2,9 @@
 //! and a clock will do.
 //!
 //! A move is finished when the device says so (where it does), AND its position has been the same
-//! for several readings within a step of the target, AND two consecutive frames, exposed after
-//! that, show the same picture: completion messages come early, and positions are echoed commands.
+//! for several readings within a step of the target, AND two consecutive frames show the same picture,
+//! exposed when the readings had been equal for half of their time: completion messages come early,
+//! positions are echoed commands, and a head swings after its motors stand.
 
 use nalgebra::Vector2;
 
@@ -44,7 +45,7 @@ impl Default for SettleOptions {
         Self {
             readings: 3,
             duration: 0.15,
-            poll_interval: 0.05,
+            poll_interval: 0.01,
             tolerance: 0.0,
             move_timeout: 30.0,
             patience: 1.0,
@@ -103,6 +104,7 @@ const DEFAULT_TOLERANCE: f64 = 1e-3;
 const STANDSTILL_TIMEOUT: f64 = 1.0;
 
 /// Equal readings in a row.
+#[derive(Clone, Copy)]
 struct Steady {
     position: PtzPosition,
     since: f64,
@@ -156,7 +158,7 @@ impl Mover<'_> {
                     (target.y - overshoot).max(c.tilt_range[0]),
                 );
                 self.go(via)?;
-                self.arrive(via, cancel)?;
+                self.arrive(via, true, cancel)?;
             }
         }
         self.go(target)?;
@@ -178,11 +180,11 @@ impl Mover<'_> {
         let timeout = self.settle.picture_timeout;
         let mut looking_since = None;
         loop {
-            let position = self.arrive(target, cancel)?;
+            let Steady { position, since, .. } = self.arrive(target, false, cancel)?;
             if timeout == 0.0 {
                 return Ok(position);
             }
-            let shift = match self.look(cancel)? {
+            let shift = match self.look(since + 0.5 * self.settle.duration, cancel)? {
                 None => return Ok(position),
                 Some(shift) => shift,
             };
@@ -199,37 +201,41 @@ impl Mover<'_> {
         }
     }
 
-    /// Takes two frames from now on into `pictures`; the shift between them when they differ.
-    fn look(&mut self, cancel: &Cancel) -> Result<Option<f64>> {
-        let now = self.clock.now();
+    /// Takes two frames from a moment on into `pictures`; the shift between them when they differ.
+    fn look(&mut self, not_before: f64, cancel: &Cancel) -> Result<Option<f64>> {
         let grabber = Grabber { clock: self.clock, cancel, options: self.frame_options };
         let mut port =
             CameraPort { source: &mut *self.frames, name: "head camera", width: self.size[0], height: self.size[1] };
         let [first, second] = &mut *self.pictures;
-        grabber.grab(&mut port, After::Moment(now), None, first)?;
+        grabber.grab(&mut port, After::Moment(not_before), None, first)?;
         grabber.grab(&mut port, After::Frame(first.timestamp), None, second)?;
         stillness::shift_between(&first.image.view()?, &second.image.view()?, self.settle.picture_shift)
     }
 
     /// Waits until the device reports to stand within a step of the target; sends it there again
-    /// when it stands elsewhere.
-    fn arrive(&mut self, target: Vector2<f64>, cancel: &Cancel) -> Result<PtzPosition> {
+    /// when it stands elsewhere. When `passing`, a head that was seen on its way need not stay there.
+    fn arrive(&mut self, target: Vector2<f64>, passing: bool, cancel: &Cancel) -> Result<Steady> {
         let options = self.settle;
         let [pan_tolerance, tilt_tolerance] = self.tolerances();
         let start = self.clock.now();
         let mut steady: Option<Steady> = None;
-        let mut attempts = 1;
+        let (mut attempts, mut first, mut on_its_way) = (1, None, false);
         let late = Error::DeviceTimeout { what: "pan-tilt head", seconds: options.move_timeout };
         for _ in 0..self.most_polls(options.move_timeout) {
             cancel.check()?;
             let motion = self.motion()?;
             let state = self.observe(&mut steady)?;
             let now = self.clock.now();
-            let there = (state.position.pan - target.x).abs() <= pan_tolerance
-                && (state.position.tilt - target.y).abs() <= tilt_tolerance;
+            let near = |x: f64, y: f64| {
+                (state.position.pan - x).abs() <= pan_tolerance && (state.position.tilt - y).abs() <= tilt_tolerance
+            };
+            let there = near(target.x, target.y);
+            let from: PtzPosition = *first.get_or_insert(state.position);
+            // A reading between shows that positions are no echoes.
+            on_its_way |= !there && !near(from.pan, from.tilt);
             let stands = state.readings >= options.readings && now - state.since >= options.duration;
             match motion {
-                Motion::Idle | Motion::Unknown if stands && there => return Ok(state.position),
+                Motion::Idle | Motion::Unknown if there && (stands || (passing && on_its_way)) => return Ok(*state),
                 Motion::Moving => {}
                 _ if stands && (motion == Motion::Failed || now - state.since >= options.patience) => {
                     let at = state.position;

@@ -36,6 +36,10 @@ static ptzcal_rgbd_view fixture_rgbd_view[1];
 static ptzcal_pose fixture_pose[1];
 static ptzcal_ptz fixture_ptz[1];
 static ptzcal_head_capabilities fixture_head_capabilities[1];
+static ptzcal_angle_summary fixture_angle_summary[1];
+static ptzcal_angle_learning_options fixture_angle_learning_options[1];
+static ptzcal_probe_options fixture_probe_options[1];
+static ptzcal_figure fixture_figure[1];
 static ptzcal_region fixture_region[1];
 static ptzcal_shot fixture_shot[1];
 static ptzcal_scan_summary fixture_scan_summary[1];
@@ -68,6 +72,8 @@ static ptzcal_rig_options *fixture_rig_options;
 static ptzcal_rig *fixture_rig;
 static ptzcal_head_options *fixture_head_options;
 static ptzcal_head *fixture_head;
+static ptzcal_angle_map *fixture_angle_map;
+static ptzcal_probe_report *fixture_probe_report;
 static ptzcal_scan_options *fixture_scan_options;
 static ptzcal_scan *fixture_scan;
 static ptzcal_adjustment *fixture_adjustment;
@@ -356,6 +362,20 @@ static inline void make_ptz(ptzcal_ptz *ptz)
   ptz->stop = fixture_ptz_stop_fn;
 }
 
+/* Numbers from -1 to 1 for pan from -1.5 to 1.5 and tilt from -0.4 to 0.4 rad. */
+static inline void make_angle_map(ptzcal_angle_map **map)
+{
+  FILE *file = fopen("fixture-angles.json", "w");
+  CHECK(file);
+  CHECK(fputs("{\"format\": \"ptzcal-angle-map\", \"version\": 1,"
+              "\"pan\": {\"nodes\": [[-1, -1.5], [1, 1.5]], \"covariance\": [[1e-8, 0], [0, 1e-8]], \"roughness\": 0},"
+              "\"tilt\": {\"nodes\": [[-1, -0.4], [1, 0.4]], \"covariance\": [[1e-8, 0], [0, 1e-8]], \"roughness\": 0},"
+              "\"mounting\": {\"collimation\": 0, \"roll\": 0, \"trunnion\": 0, \"sigma\": [0, 0, 0]}}\n", file) >= 0);
+  CHECK(fclose(file) == 0);
+  CHECK_OK(ptzcal_angle_map_read("fixture-angles.json", map, NULL));
+  CHECK(remove("fixture-angles.json") == 0);
+}
+
 static inline void make_fixtures(void)
 {
   uint32_t i;
@@ -414,6 +434,17 @@ static inline void make_fixtures(void)
   CHECK_OK(ptzcal_head_options_new(&fixture_head_options, NULL));
   CHECK_OK(ptzcal_head_options_set_address(fixture_head_options, "sim:room", NULL));
   CHECK_OK(ptzcal_head_open(fixture_head_options, &fixture_head, NULL));
+  CHECK_OK(ptzcal_angle_summary_init(fixture_angle_summary, sizeof *fixture_angle_summary));
+  CHECK_OK(ptzcal_angle_learning_options_init(fixture_angle_learning_options, sizeof *fixture_angle_learning_options));
+  CHECK_OK(ptzcal_probe_options_init(fixture_probe_options, sizeof *fixture_probe_options));
+  CHECK_OK(ptzcal_figure_init(fixture_figure, sizeof *fixture_figure));
+  make_angle_map(&fixture_angle_map);
+  /* Only a little is measured in so little time. */
+  fixture_probe_options->max_time = 5.0;
+  CHECK_OK(ptzcal_head_options_set_address(fixture_head_options, "sim:room?real_time=100", NULL));
+  CHECK_OK(ptzcal_probe(fixture_head_options, NULL, fixture_probe_options, NULL, &fixture_probe_report, NULL));
+  /* From here on without a device: what opens one fails at once. */
+  CHECK_OK(ptzcal_head_options_set_address(fixture_head_options, NULL, NULL));
   CHECK_OK(ptzcal_head_capabilities_init(fixture_head_capabilities, sizeof *fixture_head_capabilities));
   CHECK_OK(ptzcal_region_init(fixture_region, sizeof *fixture_region));
   CHECK_OK(ptzcal_shot_init(fixture_shot, sizeof *fixture_shot));
@@ -440,6 +471,8 @@ static inline void free_fixtures(void)
   CHECK_OK(ptzcal_rig_close(fixture_rig, NULL));
   CHECK_OK(ptzcal_head_close(fixture_head, NULL));
   ptzcal_head_options_free(fixture_head_options);
+  ptzcal_angle_map_free(fixture_angle_map);
+  ptzcal_probe_report_free(fixture_probe_report);
   ptzcal_rig_options_free(fixture_rig_options);
   ptzcal_simulator_free(fixture_simulator);
   ptzcal_pose_estimate_free(fixture_pose_estimate);

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 50] = [
+const TOPICS: [&str; 53] = [
     "version",
     "status",
     "error",
@@ -44,10 +44,13 @@ const TOPICS: [&str; 50] = [
     "pose",
     "devices",
     "simulator",
+    "angle_map",
     "rig_options",
     "head_options",
     "head",
     "head_control",
+    "angle_learning",
+    "probe",
     "rig",
     "scan_options",
     "scan",

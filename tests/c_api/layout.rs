@@ -9,6 +9,8 @@ use std::process::Command;
 use ptzcal::capi::adjust::ptzcal_adjust_options;
 use ptzcal::capi::adjusted::ptzcal_adjusted_summary;
 use ptzcal::capi::adjusted_check::ptzcal_suspect;
+use ptzcal::capi::angle_learning::ptzcal_angle_learning_options;
+use ptzcal::capi::angle_map::ptzcal_angle_summary;
 use ptzcal::capi::boards::ptzcal_board_view;
 use ptzcal::capi::calibrate::ptzcal_calibration_summary;
 use ptzcal::capi::camera::ptzcal_camera;
@@ -21,6 +23,7 @@ use ptzcal::capi::laser_line::ptzcal_laser_line;
 use ptzcal::capi::lines::ptzcal_line_options;
 use ptzcal::capi::lines_3d::{ptzcal_line_fit_options, ptzcal_line_match_options};
 use ptzcal::capi::pose::ptzcal_pose;
+use ptzcal::capi::probe::{ptzcal_figure, ptzcal_probe_options};
 use ptzcal::capi::progress::ptzcal_progress;
 use ptzcal::capi::rgbd::{ptzcal_rgbd_options, ptzcal_rgbd_view};
 use ptzcal::capi::rig_calibrated::{ptzcal_common_line, ptzcal_zoom_position};
@@ -78,9 +81,13 @@ fn rust() -> String {
     layout!(out, ptzcal_rgbd_view: struct_size features with_depth matches pairs lines);
     layout!(out, ptzcal_pose: struct_size reserved rotation translation rotation_angle residual_rms
         disagreement condition);
-    layout!(out, ptzcal_ptz: struct_size reserved pan_min pan_max tilt_min tilt_max pan_step tilt_step
+    layout!(out, ptzcal_ptz: struct_size raw_units pan_min pan_max tilt_min tilt_max pan_step tilt_step
         user move_absolute position motion stop);
+    layout!(out, ptzcal_angle_summary: struct_size frames pairs reserved raw angles mounting mounting_sigma rms outliers repeatability parallax parallax_sigma);
     layout!(out, ptzcal_head_capabilities: struct_size raw_units pan_min pan_max tilt_min tilt_max pan_step tilt_step pan_speed tilt_speed presets reports_motion reports_position has_drive has_relative has_home has_zoom has_focus has_exposure_lock reserved);
+    layout!(out, ptzcal_angle_learning_options: struct_size min_positions max_frames reserved step scene_nearest scene_farthest levers lever_sigma min_cover max_rms);
+    layout!(out, ptzcal_probe_options: struct_size repeats reach_limits toggle_laser amplitude max_time);
+    layout!(out, ptzcal_figure: struct_size count value sigma);
     layout!(out, ptzcal_region: struct_size pan_steps tilt_steps reserved pan_min pan_max tilt_min tilt_max);
     layout!(out, ptzcal_scan_summary: struct_size complete positions shots resumed found fixed_cameras
         journal_damaged journal_cut);

@@ -6,6 +6,7 @@ image positions pixels; pixel (0, 0) is the centre of the top-left pixel. Calls 
 
 from ._native import abi_version, version
 from .adjust import Adjusted, Adjustment, RigParameter, Suspect
+from .angle_map import AngleMap, AngleSummary, SureAngles
 from .boards import (
     BoardCalibration,
     Boards,
@@ -57,6 +58,7 @@ from .lines import (
 )
 from .pictures import DepthMap, Picture, read_image
 from .pose import Pose, PoseMethod, RoofEdges, estimate_pose_roof_edges
+from .probe import Figure, ProbeFigure, ProbeReport, learn_angles, probe
 from .rgbd import Rgbd, RgbdLinePairs, RgbdPairs, RgbdView
 from .rig import LogLevel, Rig, Settle
 from .rig_calibration import (
@@ -78,6 +80,8 @@ __version__ = version()
 __all__ = [
     "Adjusted",
     "Adjustment",
+    "AngleMap",
+    "AngleSummary",
     "BoardCalibration",
     "BoardView",
     "Boards",
@@ -93,6 +97,7 @@ __all__ = [
     "DepthMap",
     "DistortionModel",
     "Error",
+    "Figure",
     "FixedCamera",
     "Focus",
     "Frame",
@@ -117,6 +122,8 @@ __all__ = [
     "PixelFormat",
     "Pose",
     "PoseMethod",
+    "ProbeFigure",
+    "ProbeReport",
     "Progress",
     "Region",
     "Rgbd",
@@ -141,6 +148,7 @@ __all__ = [
     "SpotNotFound",
     "SpotOptions",
     "Status",
+    "SureAngles",
     "Suspect",
     "UncertainRig",
     "ZoomCurve",
@@ -157,9 +165,11 @@ __all__ = [
     "division_eigenproblem",
     "estimate_pose_roof_edges",
     "fit_line_3d",
+    "learn_angles",
     "lift_line_segments",
     "match_lines",
     "match_sift",
+    "probe",
     "radial_alignment",
     "read_image",
     "version",

@@ -27,6 +27,8 @@ from . import _library
 from ._structs import (
     ptzcal_adjust_options,
     ptzcal_adjusted_summary,
+    ptzcal_angle_learning_options,
+    ptzcal_angle_summary,
     ptzcal_board_view,
     ptzcal_calibration_summary,
     ptzcal_camera,
@@ -35,6 +37,7 @@ from ._structs import (
     ptzcal_clock_now_fn,
     ptzcal_clock_sleep_fn,
     ptzcal_common_line,
+    ptzcal_figure,
     ptzcal_frame_fn,
     ptzcal_head_capabilities,
     ptzcal_image,
@@ -46,6 +49,7 @@ from ._structs import (
     ptzcal_log_fn,
     ptzcal_move_end_fn,
     ptzcal_pose,
+    ptzcal_probe_options,
     ptzcal_progress_fn,
     ptzcal_ptz,
     ptzcal_region,
@@ -84,6 +88,10 @@ _size_out = POINTER(c_size_t)
 _uint64_out = POINTER(c_uint64)
 _images = POINTER(POINTER(ptzcal_image))
 _board_view = POINTER(ptzcal_board_view)
+_angle_learning_options = POINTER(ptzcal_angle_learning_options)
+_angle_summary = POINTER(ptzcal_angle_summary)
+_figure = POINTER(ptzcal_figure)
+_probe_options = POINTER(ptzcal_probe_options)
 _camera = POINTER(ptzcal_camera)
 _capabilities = POINTER(ptzcal_head_capabilities)
 _chessboard = POINTER(ptzcal_chessboard)
@@ -416,6 +424,8 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_rig_options_set_ptz_address": (_status, _handle, c_char_p, _error_out),
     "ptzcal_rig_options_set_laser_address": (_status, _handle, c_char_p, _error_out),
     "ptzcal_rig_options_set_frames_address": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_rig_options_set_angle_map": (_status, _handle, _handle, _error_out),
+    "ptzcal_rig_options_set_laser_duty": (_status, _handle, c_double, c_double, _error_out),
     "ptzcal_rig_options_set_credentials": (_status, _handle, c_char_p, c_char_p, _error_out),
     "ptzcal_rig_options_set_model": (_status, _handle, _model, _error_out),
     "ptzcal_rig_options_set_ptz": (_status, _handle, _ptz, _error_out),
@@ -452,6 +462,11 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_head_options_free": (None, _handle),
     "ptzcal_head_options_set_address": (_status, _handle, c_char_p, _error_out),
     "ptzcal_head_options_set_ptz": (_status, _handle, _ptz, _error_out),
+    "ptzcal_head_options_set_frames_address": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_head_options_set_laser_address": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_head_options_set_frames": (_status, _handle, ptzcal_frame_fn, _user, _error_out),
+    "ptzcal_head_options_set_laser": (_status, _handle, ptzcal_laser_fn, _user, _error_out),
+    "ptzcal_head_options_set_angle_map": (_status, _handle, _handle, _error_out),
     "ptzcal_head_options_set_credentials": (_status, _handle, c_char_p, c_char_p, _error_out),
     "ptzcal_head_options_set_log": (_status, _handle, ptzcal_log_fn, _user, _error_out),
     "ptzcal_head_options_set_on_move_end": (
@@ -485,6 +500,34 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_head_wait": (
         _status, _handle, c_uint64, c_double, _handle, _int32_out, _int32_out, _error_out,
     ),
+    # Angle maps and probing.
+    "ptzcal_angle_summary_init": (_status, _angle_summary, c_size_t),
+    "ptzcal_angle_map_read": (_status, c_char_p, _handle_out, _error_out),
+    "ptzcal_angle_map_save": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_angle_map_free": (None, _handle),
+    "ptzcal_angle_map_get_summary": (_status, _handle, _angle_summary, _error_out),
+    "ptzcal_angle_map_to_angles": (
+        _status, _handle, c_double, c_double, _double_out, _double_out, _double_out, _double_out,
+        _error_out,
+    ),
+    "ptzcal_angle_map_to_raw": (
+        _status, _handle, c_double, c_double, _double_out, _double_out, _error_out,
+    ),
+    "ptzcal_angle_learning_options_init": (_status, _angle_learning_options, c_size_t),
+    "ptzcal_learn_angles": (
+        _status, _handle, _camera, _angle_learning_options, ptzcal_progress_fn, _user, _handle,
+        _handle_out, _error_out,
+    ),
+    "ptzcal_probe_options_init": (_status, _probe_options, c_size_t),
+    "ptzcal_figure_init": (_status, _figure, c_size_t),
+    "ptzcal_probe": (
+        _status, _handle, _camera, _probe_options, _handle, _handle_out, _error_out,
+    ),
+    "ptzcal_probe_report_get": (_status, _handle, c_uint32, _figure, _error_out),
+    "ptzcal_probe_report_copy_text": (
+        _status, _handle, c_char_p, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_probe_report_free": (None, _handle),
     # Scanning a region.
     "ptzcal_shot_init": (_status, _shot, c_size_t),
     "ptzcal_region_init": (_status, _region, c_size_t),
@@ -650,6 +693,9 @@ def path(value: Path) -> bytes:
     return text(os.fsdecode(value), "path")
 
 
+_H = TypeVar("_H", bound="Handle")
+
+
 class Handle:
     """Owns something that the library made; frees it with the last reference."""
 
@@ -661,6 +707,18 @@ class Handle:
         pointer = c_void_p()
         call(function, *arguments, byref(pointer))
         self._pointer = pointer.value
+
+    @classmethod
+    def _made(cls: Type[_H], by: Any, function: Any, *arguments: Any) -> _H:
+        """As _make, of a function that may call back: `by` calls it."""
+        made = cls.__new__(cls)
+        pointer = c_void_p()
+        try:
+            by(function, *arguments, byref(pointer))
+        finally:
+            # A callback may have raised although the work was done.
+            made._pointer = pointer.value
+        return made
 
     def __del__(self, lib: Any = lib) -> None:
         pointer, self._pointer = self._pointer, None

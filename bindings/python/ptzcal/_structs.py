@@ -347,6 +347,60 @@ class ptzcal_head_capabilities(Structure):
     ]
 
 
+class ptzcal_angle_summary(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("frames", c_uint32),
+        ("pairs", c_uint32),
+        ("reserved", c_uint32),
+        ("raw", c_double * 4),
+        ("angles", c_double * 4),
+        ("mounting", c_double * 3),
+        ("mounting_sigma", c_double * 3),
+        ("rms", c_double),
+        ("outliers", c_double),
+        ("repeatability", c_double * 2),
+        ("parallax", c_double),
+        ("parallax_sigma", c_double),
+    ]
+
+
+class ptzcal_angle_learning_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("min_positions", c_uint32),
+        ("max_frames", c_uint32),
+        ("reserved", c_uint32),
+        ("step", c_double),
+        ("scene_nearest", c_double),
+        ("scene_farthest", c_double),
+        ("levers", c_double * 4),
+        ("lever_sigma", c_double),
+        ("min_cover", c_double),
+        ("max_rms", c_double),
+    ]
+
+
+class ptzcal_probe_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("repeats", c_uint32),
+        ("reach_limits", c_uint32),
+        ("toggle_laser", c_uint32),
+        ("amplitude", c_double),
+        ("max_time", c_double),
+    ]
+
+
+class ptzcal_figure(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("count", c_uint32),
+        ("value", c_double),
+        ("sigma", c_double),
+    ]
+
+
 class ptzcal_region(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -440,7 +494,7 @@ ptzcal_clock_sleep_fn = CFUNCTYPE(None, c_void_p, c_double)
 class ptzcal_ptz(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
-        ("reserved", c_uint32),
+        ("raw_units", c_uint32),
         ("pan_min", c_double),
         ("pan_max", c_double),
         ("tilt_min", c_double),

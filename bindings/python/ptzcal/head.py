@@ -6,11 +6,12 @@ import enum
 import weakref
 from ctypes import byref, c_char, c_double, c_int32, c_size_t, c_uint64, c_void_p
 from dataclasses import dataclass
-from typing import Any, Callable, NamedTuple, Optional
+from typing import Any, Callable, List, NamedTuple, Optional, Union
 
-from . import _native, _structs
+from . import _callbacks, _native, _structs
 from ._arrays import unsigned
 from ._native import Handle, call, lib
+from .angle_map import AngleMap
 from .cancel import Cancel, pointer_of
 from .errors import Status
 from .rig import LogLevel
@@ -96,11 +97,43 @@ class HeadIdentity(NamedTuple):
     firmware: str
 
 
-class _Options(Handle):
+class HeadOptions(Handle):
+    """What a head is opened with. `frames` and `laser` are addresses or functions, as of a Rig."""
+
     _free = "ptzcal_head_options_free"
 
-    def __init__(self) -> None:
+    def __init__(
+        self,
+        address: str,
+        user: Optional[str],
+        password: Optional[str],
+        angle_map: Optional[AngleMap],
+        frames: Union[str, Callable[[float, float], Any], None] = None,
+        laser: Union[str, Callable[[bool], Any], None] = None,
+    ) -> None:
         self._make(lib.ptzcal_head_options_new)
+        self.callbacks: List[Any] = []
+        self.set("address", _native.text(address, "address"))
+        if user is not None:
+            secret = None if password is None else _native.text(password, "password")
+            self.set("credentials", _native.text(user, "user"), secret)
+        if angle_map is not None:
+            self.set("angle_map", angle_map._pointer)
+        if isinstance(frames, str):
+            self.set("frames_address", _native.text(frames, "frames"))
+        elif frames is not None:
+            self.callbacks.append(_callbacks.frames(frames))
+            self.set("frames", self.callbacks[-1], None)
+        if isinstance(laser, str):
+            self.set("laser_address", _native.text(laser, "laser"))
+        elif laser is not None:
+            switch = laser
+            self.callbacks.append(
+                _structs.ptzcal_laser_fn(
+                    _callbacks.device(lambda on: switch(bool(on)), always=lambda on: not on)
+                )
+            )
+            self.set("laser", self.callbacks[-1], None)
 
     def set(self, setting: str, *values: Any) -> None:
         call(getattr(lib, f"ptzcal_head_options_set_{setting}"), self._pointer, *values)
@@ -123,18 +156,16 @@ class Head:
         *,
         user: Optional[str] = None,
         password: Optional[str] = None,
+        angle_map: Optional[AngleMap] = None,
         on_move_end: Optional[Callable[[MoveEvent], Any]] = None,
         log: Optional[Callable[[LogLevel, str], Any]] = None,
     ) -> None:
         """Opens the head at an address (docs/addresses.md); it does not move.
 
+        angle_map: what the numbers of a head without angles mean.
         on_move_end, log: run on the head's own thread; what they raise is printed.
         """
-        options = _Options()
-        options.set("address", _native.text(address, "address"))
-        if user is not None:
-            secret = None if password is None else _native.text(password, "password")
-            options.set("credentials", _native.text(user, "user"), secret)
+        options = HeadOptions(address, user, password, angle_map)
         callbacks = []
         if on_move_end is not None:
             heard = _structs.ptzcal_move_end_fn(

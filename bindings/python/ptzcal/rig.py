@@ -15,6 +15,7 @@ from typing import Any, Callable, Iterator, List, Optional, Sequence, Union
 from . import _callbacks, _native, _structs
 from ._arrays import address_of, unsigned, vector
 from ._native import Handle, lib
+from .angle_map import AngleMap
 from .cancel import Cancel, pointer_of
 from .detect import SpotOptions
 from .errors import Status, error
@@ -72,6 +73,7 @@ def _ptz(head: Any) -> _structs.ptzcal_ptz:
     struct = _native.initial(_structs.ptzcal_ptz)
     struct.pan_min, struct.pan_max = head.pan_range
     struct.tilt_min, struct.tilt_max = head.tilt_range
+    struct.raw_units = bool(getattr(head, "raw_units", False))
     struct.pan_step = getattr(head, "pan_step", 0.0)
     struct.tilt_step = getattr(head, "tilt_step", 0.0)
     struct.move_absolute = _structs.ptzcal_ptz_move_fn(_callbacks.device(head.move))
@@ -106,6 +108,9 @@ class Rig:
         frame_timeout: float = 3.0,
         stale_frames: int = 4,
         laser_max_on: float = 2.0,
+        laser_duty: float = 1.0,
+        laser_duty_window: float = 10.0,
+        angle_map: Optional[AngleMap] = None,
     ) -> "Rig":
         """Opens a rig on an address ("sim:room", "folder:///path/of/a/recording"), on its devices
         (addresses or Python objects), or on both: a device takes the place of the address's. The
@@ -123,7 +128,9 @@ class Rig:
           dropped.
         clock: an object with now() and sleep(seconds); the system's clock without.
         log: log(level, message).
-        frame_timeout, laser_max_on: seconds.
+        frame_timeout, laser_max_on: seconds. laser_duty: greatest share of any laser_duty_window
+          seconds that the laser is on.
+        angle_map: what the numbers of a head without angles mean (ptz.raw_units is true).
 
         These functions run on the thread that calls the rig. OSError, TimeoutError,
         ConnectionError, NotImplementedError or ptzcal.Error tell the library that the device
@@ -172,6 +179,9 @@ class Rig:
             options.set("settle", *astuple(settle))
         options.set("frame_wait", frame_timeout, unsigned(stale_frames, "stale_frames"))
         options.set("laser_max_on", laser_max_on)
+        options.set("laser_duty", laser_duty, laser_duty_window)
+        if angle_map is not None:
+            options.set("angle_map", angle_map._pointer)
         return cls(options, callbacks)
 
     def __init__(self, options: _Options, callbacks: List[Any]) -> None:

@@ -136,6 +136,7 @@ class Declarations(TestCase):
             ptzcal.MoveEnd: "PTZCAL_MOVE_END_",
             ptzcal.Focus: "PTZCAL_FOCUS_",
             ptzcal.head.Identity: "PTZCAL_IDENTITY_",
+            ptzcal.ProbeFigure: "PTZCAL_PROBE_FIGURE_",
         }
         self.assertEqual(len(pairs), len(self.header.enums), "an enum has no Python counterpart")
         for enum, prefix in pairs.items():

@@ -4,8 +4,10 @@ use std::sync::Arc;
 
 use super::bus::{Bus, LineBrake};
 use super::codec::{Answer, DriveState, Inquiry, ModeWord, PresetAction, Register, Request, Zooming};
+use super::exposure::Modes;
+use super::jobs::{Axis, Progress};
 use super::models::{Axis as Scale, Model};
-use super::session::{Axis, Progress, Session};
+use super::session::Session;
 use crate::control::LogLevel;
 use crate::device::{
     Brake, Focus, Identity, Motion, PanTiltZoom, PtzCapabilities, PtzPosition, PtzVelocity, Surroundings,
@@ -22,9 +24,6 @@ const ZOOM_SPEED: f64 = 7.0;
 
 const AUTO_FOCUS: u16 = 2;
 const MANUAL_FOCUS: u16 = 3;
-const MANUAL_EXPOSURE: u16 = 3;
-const MANUAL_WHITE: u16 = 5;
-const ONE_PUSH_WHITE: u16 = 3;
 
 /// A camera's head.
 ///
@@ -33,7 +32,7 @@ const ONE_PUSH_WHITE: u16 = 3;
 /// was missed, a head that stands still for a second has ended its move: well, when it is at its
 /// target, else it has failed.
 pub struct ViscaHead {
-    session: Session,
+    pub(super) session: Session,
     identity: Identity,
     /// Its model number, where it states one.
     id: Option<u16>,
@@ -50,14 +49,7 @@ pub struct ViscaHead {
     /// Stops so far, its own and those from elsewhere.
     stops: u64,
     /// How the camera was set before exposure was locked.
-    unlocked: Option<Modes>,
-}
-
-/// Settings that an exposure lock changes, as they were.
-#[derive(Debug, Clone, Copy)]
-struct Modes {
-    exposure: u16,
-    white: u16,
+    pub(super) unlocked: Option<Modes>,
 }
 
 impl ViscaHead {
@@ -115,13 +107,13 @@ impl ViscaHead {
         })
     }
 
-    fn model(&self) -> &'static Model {
+    pub(super) fn model(&self) -> &'static Model {
         self.session.model()
     }
 
     /// Opens the line again where that is needed, and makes sure that it is still this camera.
     fn ready(&mut self) -> Result<()> {
-        self.session.listen()?;
+        self.session.begin_call()?;
         let stops = self.session.bus().outlet().stops(self.session.address());
         if std::mem::replace(&mut self.stops, stops) != stops {
             self.driving = false;
@@ -150,7 +142,7 @@ impl ViscaHead {
         }
     }
 
-    fn register(&mut self, register: Register) -> Result<u16> {
+    pub(super) fn register(&mut self, register: Register) -> Result<u16> {
         match self.session.inquire(Inquiry::Register(register))? {
             Answer::Value(value) => Ok(value),
             other => Err(unexpected(other)),
@@ -158,7 +150,7 @@ impl ViscaHead {
     }
 
     /// The number, where this camera knows it.
-    fn optional_register(&mut self, register: Register) -> Result<Option<u16>> {
+    pub(super) fn optional_register(&mut self, register: Register) -> Result<Option<u16>> {
         match self.register(register) {
             Ok(value) => Ok(Some(value)),
             Err(Error::DeviceRefused { .. }) => Ok(None),
@@ -166,7 +158,7 @@ impl ViscaHead {
         }
     }
 
-    fn set(&mut self, register: Register, value: u16) -> Result<()> {
+    pub(super) fn set(&mut self, register: Register, value: u16) -> Result<()> {
         self.session.command(Request::Set(register, value))
     }
 
@@ -231,49 +223,6 @@ impl ViscaHead {
         self.ready()?;
         let request = Request::Preset(action, number);
         if action == PresetAction::Recall { self.start(request, None) } else { self.session.command(request) }
-    }
-
-    fn lock(&mut self) -> Result<()> {
-        let earlier =
-            Modes { exposure: self.register(Register::ExposureMode)?, white: self.register(Register::WhiteBalance)? };
-        // What the automatic has chosen. Asked for before the modes change, because cameras then
-        // fall back to what was set by hand the last time.
-        const HELD: [Register; 5] =
-            [Register::Shutter, Register::Iris, Register::Gain, Register::RedGain, Register::BlueGain];
-        let mut held = [None; HELD.len()];
-        for (value, register) in held.iter_mut().zip(HELD) {
-            *value = self.optional_register(register)?;
-        }
-        // From here on there is something to restore.
-        self.unlocked = Some(earlier);
-        self.set(Register::ExposureMode, MANUAL_EXPOSURE)?;
-        if self.model().manual_white {
-            self.set(Register::WhiteBalance, MANUAL_WHITE)?;
-        } else {
-            self.set(Register::WhiteBalance, ONE_PUSH_WHITE)?;
-            self.session.command(Request::OnePushWhite)?;
-        }
-        for (register, value) in HELD.into_iter().zip(held) {
-            let is_white = matches!(register, Register::RedGain | Register::BlueGain);
-            match value {
-                Some(value) if self.model().manual_white || !is_white => match self.set(register, value) {
-                    // Some cameras tell a gain that cannot be set.
-                    Ok(()) | Err(Error::DeviceRefused { .. }) => (),
-                    Err(error) => return Err(error),
-                },
-                _ => (),
-            }
-        }
-        Ok(())
-    }
-
-    fn unlock(&mut self) -> Result<()> {
-        if let Some(modes) = self.unlocked {
-            self.set(Register::ExposureMode, modes.exposure)?;
-            self.set(Register::WhiteBalance, modes.white)?;
-            self.unlocked = None;
-        }
-        Ok(())
     }
 }
 
@@ -407,7 +356,8 @@ impl PanTiltZoom for ViscaHead {
 
     fn home(&mut self) -> Result<()> {
         self.ready()?;
-        self.start(Request::Home, Some([0, 0]))
+        // Where that is, some cameras let their users choose.
+        self.start(Request::Home, None)
     }
 
     fn set_zoom(&mut self, zoom: f64) -> Result<()> {

@@ -12,6 +12,8 @@
 pub mod bus;
 pub mod codec;
 mod driver;
+mod exposure;
+mod jobs;
 pub mod models;
 mod open;
 mod session;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::bus::{Bus, Incoming, Transport, Turn};
 use super::codec::ip::Control;
 use super::codec::{Answer, DriveState, Fault, Inquiry, Packet, PresetAction, Register, Reply, Request, Version};
+use super::jobs::{Axis, Jobs, Progress};
 use super::models::Model;
 use crate::control::{Clock, Log, LogLevel};
 use crate::error::{Error, Result};
@@ -31,36 +32,8 @@ pub const LONGEST_CALL: f64 = 10.0;
 const MAX_REPLIES: usize = 100;
 /// Meaningless bytes that point to a wrong baud rate.
 const GARBAGE: u64 = 4;
-
 /// A camera that was set up anew answers within this, seconds.
 const RECOVERY: f64 = 2.0;
-
-/// What a command moves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Axis {
-    Head = 0,
-    Zoom = 1,
-}
-
-/// How far the last move has come, as the camera says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Progress {
-    /// Nothing to wait for.
-    Done,
-    /// Its completion will come.
-    Running,
-    /// It was taken, and its completion will not come.
-    Untold,
-    Failed,
-}
-
-/// A command that was taken and has not ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Job {
-    axis: Option<Axis>,
-    /// Only the last move of an axis counts.
-    id: u64,
-}
 
 enum Outcome {
     Answered(Answer),
@@ -77,13 +50,10 @@ pub struct Session {
     model: &'static Model,
     address: u8,
     generation: u64,
+    /// Stops whose replies have been taken in, and those before the present call.
     stops: u64,
-    /// By socket.
-    running: [Option<Job>; 16],
-    progress: [Progress; 2],
-    /// Number of the last command, and of the last one of each axis.
-    last_id: u64,
-    latest: [u64; 2],
+    stops_before: u64,
+    jobs: Jobs,
     /// Answers of another form than the model's, during this call.
     unclear: u32,
     /// Kinds of requests that the camera has understood so far: the beginnings of their bytes.
@@ -99,16 +69,14 @@ impl Session {
         bus.take_address(address)?;
         Ok(Self {
             stops: bus.outlet().stops(address),
+            stops_before: bus.outlet().stops(address),
             bus,
             clock,
             log,
             model,
             address,
             generation: 0,
-            running: [None; 16],
-            progress: [Progress::Done; 2],
-            last_id: 0,
-            latest: [0; 2],
+            jobs: Jobs::default(),
             unclear: 0,
             understood: Vec::new(),
         })
@@ -140,12 +108,12 @@ impl Session {
     }
 
     pub fn progress(&self, axis: Axis) -> Progress {
-        self.progress[axis as usize]
+        self.jobs.progress(axis)
     }
 
     /// Forgets the last move: it was stopped, or seen to have ended.
     pub fn set_done(&mut self) {
-        self.progress = [Progress::Done; 2];
+        self.jobs.set_done();
     }
 
     /// # Errors
@@ -164,8 +132,9 @@ impl Session {
         self.perform(&request).map(drop)
     }
 
-    /// Takes in what has arrived.
-    pub fn listen(&mut self) -> Result<()> {
+    /// Begins a call: takes in what has arrived. A stop from now on ends the call's moves.
+    pub fn begin_call(&mut self) -> Result<()> {
+        self.stops_before = self.bus.outlet().stops(self.address);
         let (bus, clock) = (self.bus.clone(), self.clock.clone());
         let mut turn = bus.turn(&*clock)?;
         self.catch_up(&mut turn)?;
@@ -192,15 +161,12 @@ impl Session {
         let kind = kind_of(&request.encode(self.model, self.address));
         self.catch_up(&mut turn)?;
         loop {
+            self.give_way(request)?;
             let outcome = self.attempt(&mut turn, request)?;
             if matches!(outcome, Outcome::Answered(_) | Outcome::Accepted) && !self.understood.contains(&kind) {
                 self.understood.push(kind);
             }
-            if moves(request) && bus.outlet().stops(self.address) != self.stops {
-                // The order of the two on the line is unknown: the stop wins.
-                bus.outlet().stop(self.model, self.address)?;
-                return Err(Error::Cancelled);
-            }
+            self.give_way(request)?;
             match outcome {
                 // Or is it a reply to the stop?
                 Outcome::Refused(_) if bus.outlet().stops(self.address) != self.stops => self.catch_up(&mut turn)?,
@@ -253,11 +219,21 @@ impl Session {
         }
     }
 
+    /// A stop that came from elsewhere during this call wins, whatever their order on the line was.
+    fn give_way(&self, request: &Request) -> Result<()> {
+        let outlet = self.bus.outlet();
+        if !moves(request) || outlet.stops(self.address) == self.stops_before {
+            return Ok(());
+        }
+        outlet.stop(self.model, self.address)?;
+        Err(Error::Cancelled)
+    }
+
     /// What happened since the last turn: the cameras were made to forget, or the head was stopped.
     fn catch_up(&mut self, turn: &mut Turn<'_>) -> Result<()> {
         if turn.generation() != self.generation {
             self.generation = turn.generation();
-            self.forget_jobs();
+            self.jobs.forget();
         }
         let stops = self.bus.outlet().stops(self.address);
         if stops != self.stops {
@@ -271,15 +247,6 @@ impl Session {
             self.set_done();
         }
         Ok(())
-    }
-
-    fn forget_jobs(&mut self) {
-        self.running = [None; 16];
-        for progress in &mut self.progress {
-            if *progress == Progress::Running {
-                *progress = Progress::Untold;
-            }
-        }
     }
 
     /// Takes in replies until the clock shows `until`.
@@ -310,7 +277,7 @@ impl Session {
                         if request.is_inquiry() || self.bus.outlet().stops(self.address) != self.stops {
                             return Ok(Outcome::Silent);
                         }
-                        self.begin(request, None);
+                        self.jobs.begin(axis_of(request), None);
                         return Ok(Outcome::Accepted);
                     }
                     Incoming::Control(Control::BadSequence, of) if of == number => {
@@ -339,22 +306,20 @@ impl Session {
         match reply {
             Reply::Ack { socket } => {
                 if let Some(request) = command {
-                    self.begin(request, Some(socket));
+                    self.jobs.begin(axis_of(request), Some(socket));
                     return Some(Outcome::Accepted);
                 }
                 // Late, or to a stop that nobody waits for.
-                let slot = self.running.get_mut(usize::from(socket))?;
-                *slot = slot.or(Some(Job { axis: None, id: 0 }));
+                self.jobs.begin_unknown(socket);
                 None
             }
-            Reply::Completion { socket } => match self.running.get_mut(usize::from(socket))?.take() {
-                Some(job) => {
-                    self.end(job, Progress::Done);
-                    None
+            Reply::Completion { socket } => {
+                if self.jobs.end(socket, Progress::Done) {
+                    return None;
                 }
                 // Its acknowledgement was lost.
-                None => command.map(|request| self.begin_and_end(request)),
-            },
+                command.map(|request| self.begin_and_end(request))
+            }
             Reply::Cleared => command.map(|request| self.begin_and_end(request)),
             Reply::Inquiry(payload) => {
                 let Some(Request::Inquire(inquiry)) = asked else { return None };
@@ -365,10 +330,8 @@ impl Session {
             Reply::Error { socket, fault } => {
                 let stopped = matches!(fault, Fault::Cancelled | Fault::NoSocket);
                 // Refusals of what is new bear socket 0, or one that is free.
-                if (stopped || socket != 0)
-                    && let Some(job) = self.running.get_mut(usize::from(socket)).and_then(Option::take)
-                {
-                    self.end(job, if stopped { Progress::Done } else { Progress::Failed });
+                let how = if stopped { Progress::Done } else { Progress::Failed };
+                if (stopped || socket != 0) && self.jobs.end(socket, how) {
                     return None;
                 }
                 match fault {
@@ -380,30 +343,9 @@ impl Session {
         }
     }
 
-    /// The camera has taken a command. Without a socket its end will not be told.
-    fn begin(&mut self, request: &Request, socket: Option<u8>) -> Job {
-        self.last_id += 1;
-        let job = Job { axis: axis_of(request), id: self.last_id };
-        if let Some(axis) = job.axis {
-            self.progress[axis as usize] = if socket.is_some() { Progress::Running } else { Progress::Untold };
-            self.latest[axis as usize] = job.id;
-        }
-        if let Some(slot) = socket.and_then(|socket| self.running.get_mut(usize::from(socket))) {
-            *slot = Some(job);
-        }
-        job
-    }
-
     fn begin_and_end(&mut self, request: &Request) -> Outcome {
-        let job = self.begin(request, None);
-        self.end(job, Progress::Done);
+        self.jobs.begin_and_end(axis_of(request));
         Outcome::Accepted
-    }
-
-    fn end(&mut self, job: Job, how: Progress) {
-        if let Some(axis) = job.axis.filter(|&axis| self.latest[axis as usize] == job.id) {
-            self.progress[axis as usize] = how;
-        }
     }
 
     /// Stops the head and waits until it stands.

@@ -9,6 +9,7 @@ use super::*;
 use crate::control::Clock;
 use crate::device::visca::models::Model;
 use crate::error::Error;
+use crate::fuzz::fuzz_inputs;
 use crate::sim::VirtualClock;
 
 /// No time on the line.
@@ -430,7 +431,7 @@ fn ten_thousand_moves_in_virtual_time() {
 /// Whatever comes in, nothing panics, time goes on and memory stays bounded.
 #[test]
 fn fuzz_bytes_and_datagrams() {
-    let inputs: u64 = std::env::var("PTZCAL_FUZZ_INPUTS").ok().and_then(|n| n.parse().ok()).unwrap_or(100_000);
+    let inputs = fuzz_inputs();
     let mut random = ChaCha8Rng::seed_from_u64(11);
     let mut emulator = None;
     let (mut ip, mut now, mut said) = (super::ip::IpSession::default(), 0.0, 0u64);

@@ -244,6 +244,26 @@ fn a_lost_completion_ends_by_what_the_head_does() {
     }
 }
 
+fn brake_at(camera: &Camera, brake: Arc<dyn crate::device::Brake>, matching: Matching) {
+    let mut once = Some(brake);
+    camera.script().on_request = Some(Box::new(move |request| {
+        if let Some(brake) = once.take_if(|_| matching(request)) {
+            brake.stop().unwrap();
+        }
+    }));
+}
+
+#[test]
+fn a_stop_before_the_move_is_sent_prevents_it() {
+    let camera = serial(&Model::EVI_D100);
+    let mut head = camera.head();
+    // Between the question where the head is and the move from there.
+    brake_at(&camera, head.brake().unwrap(), is_position);
+    assert_eq!(head.move_relative(0.1, 0.0), Err(Error::Cancelled));
+    assert_eq!(camera.count(|r| matches!(r, Request::MoveBy { .. })), 0);
+    head.move_relative(0.1, 0.0).unwrap();
+}
+
 #[test]
 fn a_stop_from_elsewhere_wins_over_a_move_that_is_being_sent() {
     let camera = serial(&Model::EVI_D100);
@@ -251,12 +271,7 @@ fn a_stop_from_elsewhere_wins_over_a_move_that_is_being_sent() {
     let brake = head.brake().unwrap();
     // While the driver waits for the acknowledgement, which never comes.
     camera.instead(is_move, Instead::Nothing);
-    let mut once = Some(brake);
-    camera.script().on_request = Some(Box::new(move |request| {
-        if let Some(brake) = once.take_if(|_| is_move(request)) {
-            brake.stop().unwrap();
-        }
-    }));
+    brake_at(&camera, brake, is_move);
     assert_eq!(head.move_absolute(0.5, 0.0), Err(Error::Cancelled));
     assert_eq!(camera.count(is_move), 1, "it is not repeated");
     assert!(is_stop(&camera.heard().into_iter().rfind(|r| is_move(r) || is_stop(r)).unwrap()));
