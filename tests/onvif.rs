@@ -610,6 +610,9 @@ impl Drop for Served {
 /// A Python with these packages, in a folder of its own under target/; `None`, with a line that says
 /// so, where they are not to be had.
 fn python_with(folder: &str, packages: &[&str], check: &str) -> Option<PathBuf> {
+    // One test fills the folder, the other waits for it.
+    static FILLING: Mutex<()> = Mutex::new(());
+    let _alone = FILLING.lock();
     let python = data::target().join(folder).join("bin/python");
     let works = || {
         let run = Command::new(&python).args(["-c", check]).stdout(Stdio::null()).stderr(Stdio::null()).status();
@@ -655,7 +658,14 @@ server.serve_forever()
 fn ipycam_is_driven() {
     let check = "import ipycam.onvif, ipycam.ptz, ipycam.http, requests";
     let Some(python) = python_with("onvif-venv", &["ipycam==1.3.0", "requests"], check) else { return };
-    let mut child = Command::new(&python).args(["-c", IPYCAM, USER, PASSWORD]).stdout(Stdio::piped()).spawn().unwrap();
+    // It writes its presets to where it stands.
+    let folder = tempfile::tempdir().unwrap();
+    let mut child = Command::new(&python)
+        .args(["-c", IPYCAM, USER, PASSWORD])
+        .current_dir(folder.path())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
     let mut line = String::new();
     let out = child.stdout.take().unwrap();
     let _served = Served(child);

@@ -236,13 +236,14 @@ pub struct FakeHead(pub Fake);
 
 impl PanTiltZoom for FakeHead {
     fn capabilities(&self) -> PtzCapabilities {
+        let habits = self.0.world().habits;
         PtzCapabilities {
             pan_range: [-1.7, 1.7],
             tilt_range: [-0.5, 0.5],
             pan_step: STEP,
             tilt_step: STEP,
-            reports_motion: self.0.world().habits.reports_motion,
-            reports_position: !self.0.world().habits.mute,
+            reports_motion: habits.reports_motion,
+            reports_position: !habits.mute,
             ..PtzCapabilities::default()
         }
     }
