@@ -103,6 +103,9 @@ const DEFAULT_TOLERANCE: f64 = 1e-3;
 /// How long the head must be seen to stand before the laser may be switched on by hand, seconds.
 const STANDSTILL_TIMEOUT: f64 = 1.0;
 
+/// Frames are looked at from this share of the time on for which readings have to be equal: both waits
+/// overlap. Earlier, the swing after a move can look like rest in two frames.
+const EARLIEST_LOOK: f64 = 0.55;
 /// Bound on pairs of frames, should the clock stand still.
 const MAX_LOOKS: u32 = 100_000;
 
@@ -187,7 +190,7 @@ impl Mover<'_> {
                 return Ok(arrived.position);
             }
             let since = *looking_since.get_or_insert(self.clock.now());
-            let looks = self.watch(arrived.since + 0.5 * self.settle.duration, since, cancel)?;
+            let looks = self.watch(arrived.since + EARLIEST_LOOK * self.settle.duration, since, cancel)?;
             // A picture that still moved at first may have gone on to another place.
             if looks == 1 {
                 return Ok(arrived.position);
@@ -207,20 +210,32 @@ impl Mover<'_> {
         let mut port =
             CameraPort { source: &mut *self.frames, name: "head camera", width: self.size[0], height: self.size[1] };
         grabber.grab(&mut port, After::Moment(not_before), None, &mut self.pictures[0])?;
-        let mut looks = 0;
+        let (mut looks, mut still, mut enough) = (0, 0, 1);
         loop {
             looks += 1;
             let [first, second] = &mut *self.pictures;
             grabber.grab(&mut port, After::Frame(first.timestamp), None, second)?;
             let (a, b) = (first.image.view()?, second.image.view()?);
-            let Some(shift) = stillness::shift_between(&a, &b, self.settle.picture_shift)? else { return Ok(looks) };
-            self.log.write(LogLevel::Debug, || format!("the head says it stands, its picture moves ({shift:.2} px)"));
-            if self.clock.now() - looking_since >= timeout || looks > MAX_LOOKS {
-                return Err(Error::Device {
-                    reason: format!(
-                        "the head reports to stand at its target, but its picture keeps moving ({shift:.1} px a frame)"
-                    ),
-                });
+            match stillness::shift_between(&a, &b, self.settle.picture_shift)? {
+                None => {
+                    still += 1;
+                    if still == enough {
+                        return Ok(looks);
+                    }
+                }
+                Some(shift) => {
+                    self.log.write(LogLevel::Debug, || {
+                        format!("the head says it stands, its picture moves ({shift:.2} px)")
+                    });
+                    if self.clock.now() - looking_since >= timeout || looks > MAX_LOOKS {
+                        let reason = format!(
+                            "the head reports to stand at its target, but its picture keeps moving ({shift:.1} px a frame)"
+                        );
+                        return Err(Error::Device { reason });
+                    }
+                    // Two frames may catch a swing at the same place, on its way there and back; three do not.
+                    (still, enough) = (0, 2);
+                }
             }
             self.pictures.swap(0, 1);
         }
