@@ -109,11 +109,16 @@ impl OnTimes {
 
     /// Seconds until it may be lit.
     pub fn wait(&self, now: f64) -> f64 {
+        self.wait_for(now, 0.0)
+    }
+
+    /// Seconds until it may be lit for `needed` seconds (cut to the whole budget).
+    pub fn wait_for(&self, now: f64, needed: f64) -> f64 {
         let budget = self.limits.budget();
         if budget.is_infinite() {
             return 0.0;
         }
-        let mut excess = self.used(now) - budget * (1.0 - LEAST_SHARE);
+        let mut excess = self.used(now) - (budget - needed.clamp(LEAST_SHARE * budget, budget));
         for &[begin, end] in &self.past {
             let begin = begin.max(now - self.limits.window);
             if excess <= 0.0 {

@@ -161,13 +161,13 @@ impl LaserControl {
         Ok(())
     }
 
-    /// Lets time pass until the laser's share of it allows to light it.
-    pub(super) fn wait_until_allowed(&self, cancel: &Cancel) -> Result<()> {
+    /// Lets time pass until the laser's share of it allows to light it for `needed` seconds.
+    pub(super) fn wait_until_allowed(&self, needed: f64, cancel: &Cancel) -> Result<()> {
         loop {
             cancel.check()?;
             self.check_emergency()?;
             // Not under the lock: an emergency stop must not wait.
-            let wait = self.0.lock().state.times.wait(self.0.clock.now());
+            let wait = self.0.lock().state.times.wait_for(self.0.clock.now(), needed);
             if wait <= 0.0 {
                 return Ok(());
             }

@@ -193,6 +193,7 @@ pub fn scan_region(
         recorder,
         scan,
         tried_with,
+        longest_on: 0.0,
         start,
     };
     let end = match scanner.run(&order, coarse, progress) {
@@ -232,6 +233,8 @@ struct Scanner<'a> {
     scan: Scan,
     /// Shots with which each fixed camera could not be calibrated.
     tried_with: Vec<usize>,
+    /// Longest time that a shot has had the laser on, seconds.
+    longest_on: f64,
     start: f64,
 }
 
@@ -342,13 +345,16 @@ impl Scanner<'_> {
         if self.scan.shots.first().is_some_and(|first| (first.zoom - position.zoom).abs() > 1e-3) {
             return Err(Error::Device { reason: "the zoom has changed: the rig's model does not hold".into() });
         }
-        self.rig.laser.wait_until_allowed(&self.options.cancel)?;
+        // A shot that begins with less than it needs would be cut short. Half as much again, for frames
+        // that come late.
+        self.rig.laser.wait_until_allowed(1.5 * self.longest_on, &self.options.cancel)?;
         self.exposures.take_off(self.rig, self.fixed, &self.options.cancel)?;
         let light = self.rig.laser.light()?;
         let time = self.rig.clock.now();
         let lit = time + self.options.laser_latency;
         self.exposures.take_on(self.rig, self.fixed, &self.options.cancel, &light, lit)?;
         light.off()?;
+        self.longest_on = self.longest_on.max(self.rig.clock.now() - time);
         let after = self.rig.position()?;
         let [pan_tolerance, tilt_tolerance] = self.rig.tolerances();
         if (after.pan - position.pan).abs() > pan_tolerance || (after.tilt - position.tilt).abs() > tilt_tolerance {

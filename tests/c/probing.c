@@ -34,7 +34,7 @@ static void a_simulated_head_is_probed(void)
   text = (char *)calloc(needed + 1, 1);
   CHECK(text && needed > 200);
   CHECK_OK(ptzcal_probe_report_copy_text(report, text, needed, &needed, NULL));
-  CHECK(strstr(text, "Speed") && strstr(text, "deg/s"));
+  CHECK(strstr(text, "Speed") && strstr(text, "Backlash"));
   free(text);
   ptzcal_probe_report_free(report);
 

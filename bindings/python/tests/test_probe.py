@@ -15,8 +15,8 @@ class Probes(TestCase):
     def test_a_simulated_head(self):
         report = ptzcal.probe("sim:room?real_time=20", amplitude=0.02, repeats=2)
         self.assertEqual(report[ProbeFigure.POSITION_FOLLOWS].value, 1.0)
-        self.assertGreater(report[ProbeFigure.PAN_SPEED].value, 0.0)
-        self.assertIn("deg/s", str(report))
+        self.assertGreater(report[ProbeFigure.DURATION].value, 0.0)
+        self.assertIn("Backlash", str(report))
         with self.fails("NOT_FOUND"):
             report[ProbeFigure.LASER_VISIBLE_AFTER]
         with self.fails("INVALID_ARGUMENT"):

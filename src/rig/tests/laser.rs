@@ -90,14 +90,14 @@ fn the_laser_never_has_more_than_its_share_of_time() {
     assert!(!lit(&fake));
     // A tenth of its second is free 10 s after it was first used; a wait hears of cancels and stops.
     let start = fake.now();
-    laser.wait_until_allowed(&Cancel::new()).unwrap();
+    laser.wait_until_allowed(0.0, &Cancel::new()).unwrap();
     assert!((fake.now() - start - 9.1).abs() < 0.11, "{}", fake.now() - start);
     drop(laser.light().unwrap());
     let cancelled = Cancel::new();
     cancelled.cancel();
-    assert_eq!(laser.wait_until_allowed(&cancelled), Err(Error::Cancelled));
+    assert_eq!(laser.wait_until_allowed(0.0, &cancelled), Err(Error::Cancelled));
     laser.emergency_off().unwrap();
-    assert!(matches!(laser.wait_until_allowed(&Cancel::new()), Err(Error::LaserRefused { .. })));
+    assert!(matches!(laser.wait_until_allowed(0.0, &Cancel::new()), Err(Error::LaserRefused { .. })));
     for duty in [0.0, -1.0, 1.5, f64::NAN] {
         assert!(limited(&fake, Box::new(FakeLaser(fake.clone())), &LaserLimits { duty, ..limits }).is_err());
     }
