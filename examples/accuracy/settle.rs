@@ -153,7 +153,7 @@ fn settle(name: &str, address: &str, direct: bool, moves: usize) -> ptzcal::Resu
         let end = |c: &Course| {
             let motors = (0..2).map(|k| c.duration(k, options.speed)).fold(0.0, f64::max);
             let stirs = |t: &f64| focal * c.off(*t, &options) > AT_REST;
-            let swing = (0..=200).map(|i| c.begin + motors + 1e-3 * f64::from(i)).filter(stirs).next_back();
+            let swing = (0..=200).map(|i| c.begin + motors + 1e-3 * f64::from(i)).rfind(stirs);
             swing.unwrap_or(c.begin + motors)
         };
         // The best that could be done is the straight move.
