@@ -1,9 +1,14 @@
 //! What a caller uses to steer long work: cancelling, logging, and the clock that paces it.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::error::{Error, Result};
+
+/// The lock, also after a panic of another thread that held it: what it guards is whole at every moment.
+pub(crate) fn unpoisoned<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// A token that stops long work from any thread. Clones share the same state.
 #[derive(Debug, Clone, Default)]

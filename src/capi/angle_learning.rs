@@ -163,8 +163,8 @@ pub unsafe extern "C" fn ptzcal_learn_angles(
                 seconds_left: -1.0,
                 shot: std::ptr::null(),
             };
-            // SAFETY: the host's callback, with the host's pointer; the struct lives through the call.
-            if unsafe { progress(user.get(), &told) } == 0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+            // SAFETY: the caller keeps the header's rules for callbacks.
+            unsafe { told.tell(progress, user) }
         };
         let learned = learn_angles(&mut parts, &(&options).into(), &token, &mut report)?;
         out.give(ptzcal_angle_map(learned.record()));

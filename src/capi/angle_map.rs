@@ -7,11 +7,13 @@
 use super::args::{Out, number, string};
 use super::call::{ErrorOut, guard, guard_or};
 use super::error::ptzcal_error;
-use super::handle::{Handle, HandleOut, borrow, free};
+use super::handle::{Handle, HandleOut, borrow, borrow_optional, free};
 use super::sized::{self, SizedOut, SizedStruct};
 use super::status::ptzcal_status;
+use crate::device::{MappedPtz, PanTiltZoom};
 use crate::error::{Error, Result};
 use crate::format::{AngleMapRecord, read_angle_map, write_angle_map};
+use crate::geometry::AngleMap;
 use std::ffi::c_char;
 use std::path::Path;
 
@@ -283,23 +285,22 @@ pub unsafe extern "C" fn ptzcal_angle_map_to_raw(
 ///
 /// # Safety
 /// `map` is NULL or a live map.
-pub(super) unsafe fn map_of(map: *const ptzcal_angle_map) -> Option<crate::geometry::AngleMap> {
+pub(super) unsafe fn map_of(map: *const ptzcal_angle_map) -> Option<AngleMap> {
     // SAFETY: by this function's contract.
-    unsafe { super::handle::borrow_optional(map) }.map(|map| map.0.map.clone())
+    unsafe { borrow_optional(map) }.map(|map| map.0.map.clone())
 }
 
 /// The head in radians.
-pub(super) fn mapped(
-    ptz: Box<dyn crate::device::PanTiltZoom>,
-    map: Option<&crate::geometry::AngleMap>,
-) -> Result<Box<dyn crate::device::PanTiltZoom>> {
+pub(super) fn mapped(ptz: Box<dyn PanTiltZoom>, map: Option<&AngleMap>) -> Result<Box<dyn PanTiltZoom>> {
     match map {
         None => Ok(ptz),
-        Some(map) => crate::device::MappedPtz::new(ptz, map.clone())
-            .map(|head| Box::new(head) as Box<dyn crate::device::PanTiltZoom>)
-            .map_err(|error| match error {
-                Error::InvalidArgument { reason, .. } => Error::invalid("angle map", reason),
-                other => other,
-            }),
+        Some(map) => {
+            MappedPtz::new(ptz, map.clone()).map(|head| Box::new(head) as Box<dyn PanTiltZoom>).map_err(|error| {
+                match error {
+                    Error::InvalidArgument { reason, .. } => Error::invalid("angle map", reason),
+                    other => other,
+                }
+            })
+        }
     }
 }

@@ -3,7 +3,9 @@
 //! Long verbs take a callback that hears how far the work is and can stop it.
 
 use std::ffi::c_void;
+use std::ops::ControlFlow;
 
+use super::log::User;
 use super::shot::ptzcal_shot;
 
 /// How far the work is. The library fills it in; `struct_size` says which members there are.
@@ -30,6 +32,24 @@ pub struct ptzcal_progress {
     /// A scan's newest shot, safe in the journal if there is one; NULL before the first, and for work
     /// that is no scan.
     pub shot: *const ptzcal_shot,
+}
+
+impl ptzcal_progress {
+    /// Tells the host; `Break` when it wants the work to stop.
+    ///
+    /// # Safety
+    /// `callback` may be called with `user`.
+    pub(super) unsafe fn tell(
+        &self,
+        callback: unsafe extern "C" fn(*mut c_void, *const Self) -> i32,
+        user: User,
+    ) -> ControlFlow<()> {
+        // SAFETY: by this function's contract; the struct outlives the call.
+        match unsafe { callback(user.get(), self) } {
+            0 => ControlFlow::Continue(()),
+            _ => ControlFlow::Break(()),
+        }
+    }
 }
 
 /// Hears about progress. It runs on the thread that called the verb, never under a lock of the

@@ -251,11 +251,8 @@ pub unsafe extern "C" fn ptzcal_rig_scan_region(
                 seconds_left: now.seconds_left.unwrap_or(-1.0),
                 shot: shot.as_ref().map_or(std::ptr::null(), std::ptr::from_ref),
             };
-            // SAFETY: the host's callback, its user, and a struct that outlives the call.
-            match unsafe { callback(user.get(), &message) } {
-                0 => ControlFlow::Continue(()),
-                _ => ControlFlow::Break(()),
-            }
+            // SAFETY: the caller keeps the header's rules for callbacks.
+            unsafe { message.tell(callback, user) }
         };
         out.give(ptzcal_scan(scan_region(&mut rig, &region, &options, &mut fixed, &mut report)?));
         Ok(())

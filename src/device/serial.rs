@@ -14,6 +14,7 @@ use serialport::{ClearBuffer, SerialPort, TTYPort};
 
 use super::poll::{Ready, wait};
 use super::{Link, Sender, device_error};
+use crate::control::unpoisoned;
 use crate::error::{Error, Result};
 
 /// A line that has taken nothing for this long is given up, seconds.
@@ -74,7 +75,7 @@ impl Link for SerialLink {
 
 impl Sender for Line {
     fn send(&self, message: &[u8]) -> Result<()> {
-        let _whole = self.sending.lock().unwrap_or_else(PoisonError::into_inner);
+        let _whole = unpoisoned(&self.sending);
         let sent = self.with_port(|port| {
             let end = Instant::now() + Duration::from_secs_f64(WRITE_TIMEOUT);
             let mut rest = message;

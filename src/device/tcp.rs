@@ -3,11 +3,12 @@
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpStream, ToSocketAddrs};
 use std::os::fd::AsFd;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use super::poll::{Ready, wait};
 use super::{Link, Sender, device_error};
+use crate::control::unpoisoned;
 use crate::error::{Error, Result};
 
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
@@ -87,7 +88,7 @@ impl Link for TcpLink {
 
 impl Sender for Connection {
     fn send(&self, message: &[u8]) -> Result<()> {
-        let _whole = self.sending.lock().unwrap_or_else(PoisonError::into_inner);
+        let _whole = unpoisoned(&self.sending);
         match (&self.stream).write_all(message) {
             Ok(()) => Ok(()),
             Err(error) if [ErrorKind::WouldBlock, ErrorKind::TimedOut].contains(&error.kind()) => {

@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use super::file::{format_error, read_bounded, write_atomically};
-use super::model_json::{Header, text_of};
+use super::model_json::{text_of, versioned};
 use crate::error::{Error, Result};
 use crate::geometry::angle_map::{AngleMap, AxisMap, Mounting};
 
@@ -62,19 +62,10 @@ pub fn to_json(record: &AngleMapRecord) -> Result<String> {
 /// Reads a file's text; `name` is what errors call it. All that [`AxisMap::new`] and [`AngleMap::new`]
 /// check is checked.
 pub fn from_json(text: &[u8], name: &str) -> Result<AngleMapRecord> {
-    let malformed = |e: serde_json::Error| format_error(name, e.to_string());
     if text.len() as u64 > MAX_BYTES {
         return Err(format_error(name, format!("longer than {MAX_BYTES} bytes")));
     }
-    // Another version may hold anything else, so its number is read alone.
-    let header: Header = serde_json::from_slice(text).map_err(malformed)?;
-    if header.format != FORMAT {
-        return Err(format_error(name, format!("format is '{}', not '{FORMAT}'", header.format)));
-    }
-    if header.version != VERSION {
-        return Err(Error::FileVersion { path: name.into(), found: header.version, supported: VERSION });
-    }
-    let file: FileSchema = serde_json::from_slice(text).map_err(malformed)?;
+    let file: FileSchema = versioned(text, name, FORMAT, VERSION)?;
     AngleMapRecord::try_from(file).map_err(|reason| format_error(name, reason))
 }
 
@@ -295,7 +286,7 @@ mod tests {
     /// Bytes that are no file, and a file with bytes changed, end in an error or in a map that is one.
     #[test]
     fn fuzz_files_never_panic() {
-        let inputs: u64 = std::env::var("PTZCAL_FUZZ_INPUTS").ok().and_then(|n| n.parse().ok()).unwrap_or(100_000);
+        let inputs = crate::fuzz::fuzz_inputs();
         // A file takes some hundred times as long as a packet.
         let text = to_json(&AngleMapRecord { learned: None, ..record() }).unwrap().into_bytes();
         let mut state = 1u64;

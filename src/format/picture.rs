@@ -17,14 +17,18 @@ const MAX_DECODED: u64 = 1 << 30;
 /// Reads a photograph: GRAY8 or, of what has colours, RGB24. 16 bits per sample are cut to 8, an
 /// alpha channel is dropped.
 pub fn read_picture(path: &Path) -> Result<Image> {
-    let picture = decode(path)?;
+    decode(path).map(to_image)
+}
+
+/// GRAY8 or, of what has colours, RGB24.
+pub(crate) fn to_image(picture: DynamicImage) -> Image {
     let (width, height) = (picture.width(), picture.height());
     let (format, data) = if picture.color().has_color() {
         (PixelFormat::Rgb24, picture.into_rgb8().into_raw())
     } else {
         (PixelFormat::Gray8, picture.into_luma8().into_raw())
     };
-    Ok(Image { format, width, height, data })
+    Image { format, width, height, data }
 }
 
 /// Reads a depth map: one channel of 16 bits, `metres` per unit; 0 is no depth.
@@ -50,12 +54,17 @@ fn decode(path: &Path) -> Result<DynamicImage> {
         Some(ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Pnm) => {}
         _ => return Err(wrong("neither PNG nor JPEG nor PNM".into())),
     }
+    reader.limits(limits(MAX_DECODED));
+    reader.decode().map_err(|e| wrong(e.to_string()))
+}
+
+/// No sides longer than images have, and no more memory than `max_alloc` bytes.
+pub(crate) fn limits(max_alloc: u64) -> Limits {
     let mut limits = Limits::default();
     limits.max_image_width = Some(MAX_SIDE);
     limits.max_image_height = Some(MAX_SIDE);
-    limits.max_alloc = Some(MAX_DECODED);
-    reader.limits(limits);
-    reader.decode().map_err(|e| wrong(e.to_string()))
+    limits.max_alloc = Some(max_alloc);
+    limits
 }
 
 /// Writes a picture as PNG.

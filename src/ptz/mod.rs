@@ -12,14 +12,14 @@ mod watch;
 mod tests;
 
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::sync::{Arc, Condvar, Mutex, PoisonError, TryLockError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 pub use end::{MoveEnd, MoveEvent};
 use watch::{Duty, Goal};
 
-use crate::control::{Cancel, Log};
+use crate::control::{Cancel, Log, unpoisoned};
 use crate::device::{Brake, Focus, Identity, Motion, PanTiltZoom, PtzCapabilities, PtzPosition, PtzVelocity};
 use crate::error::{Error, Result};
 
@@ -47,10 +47,6 @@ struct Shared {
     duty: Mutex<Duty>,
     wake: Condvar,
     on_end: Option<OnMoveEnd>,
-}
-
-fn unpoisoned<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Head {

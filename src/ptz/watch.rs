@@ -5,8 +5,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::PoisonError;
 use std::time::{Duration, Instant};
 
-use super::{MoveEnd, MoveEvent, Shared, unpoisoned};
-use crate::control::LogLevel;
+use super::{MoveEnd, MoveEvent, Shared};
+use crate::control::{LogLevel, unpoisoned};
 use crate::device::{Motion, PtzPosition};
 use crate::error::{Error, Result};
 

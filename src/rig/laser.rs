@@ -8,11 +8,11 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use std::thread::ThreadId;
 use std::time::{Duration, Instant};
 
-use crate::control::{Cancel, Clock, Log, LogLevel};
+use crate::control::{Cancel, Clock, Log, LogLevel, unpoisoned};
 use crate::device::{Laser, LaserLimits, OnTimes};
 use crate::error::{Error, Result};
 
@@ -204,10 +204,6 @@ impl LaserControl {
     pub(super) fn check_emergency(&self) -> Result<()> {
         if self.is_emergency() { Err(refused(EMERGENCY)) } else { Ok(()) }
     }
-}
-
-fn unpoisoned<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Shared {

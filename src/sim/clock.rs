@@ -1,10 +1,10 @@
 //! Clocks for tests and emulated devices: one that stands until somebody waits, and the system's at
 //! another speed.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use crate::control::Clock;
+use crate::control::{Clock, unpoisoned};
 
 /// Virtual time: it passes when something sleeps. Clones share it.
 #[derive(Debug, Clone, Default)]
@@ -12,12 +12,12 @@ pub struct VirtualClock(Arc<Mutex<f64>>);
 
 impl Clock for VirtualClock {
     fn now(&self) -> f64 {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        *unpoisoned(&self.0)
     }
 
     fn sleep(&self, seconds: f64) {
         if seconds > 0.0 && seconds.is_finite() {
-            *self.0.lock().unwrap_or_else(PoisonError::into_inner) += seconds;
+            *unpoisoned(&self.0) += seconds;
         }
     }
 }

@@ -45,11 +45,11 @@ pub use options::{Faults, SimOptions};
 
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::control::{Clock, Log};
+use crate::control::{Clock, Log, unpoisoned};
 use crate::device::PanTiltZoom;
 use crate::error::{Error, Result};
 use crate::geometry::{Camera, RigModel, Rigid};
@@ -204,7 +204,7 @@ impl fmt::Debug for Simulator {
 
 impl Shared {
     fn world(&self) -> MutexGuard<'_, World> {
-        let mut world = self.world.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut world = unpoisoned(&self.world);
         if let Some(pace) = &self.pace {
             world.now = world.now.max(pace.now());
         }
@@ -243,7 +243,7 @@ impl Shared {
             CameraId::Head => &self.head,
             CameraId::Fixed(i) => &self.fixed[i],
         };
-        sensor.lock().unwrap_or_else(PoisonError::into_inner)
+        unpoisoned(sensor)
     }
 
     fn count_frame(&self) {

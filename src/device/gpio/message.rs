@@ -98,7 +98,7 @@ mod tests {
     #[test]
     fn fuzz_messages() {
         use rand_core::{Rng, SeedableRng};
-        let inputs: usize = std::env::var("PTZCAL_FUZZ_INPUTS").ok().and_then(|n| n.parse().ok()).unwrap_or(100_000);
+        let inputs = crate::fuzz::fuzz_inputs();
         let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(8);
         let mut understood = 0;
         for _ in 0..inputs {

@@ -5,14 +5,14 @@
 //! stamped with the camera's own time. At most one wrong proof of each kind is sent in a call:
 //! cameras lock users out that fail often.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use super::digest::{Challenge, client_nonce, nonce, username_token};
 use super::http::{Host, Http, Place, Reply};
 use super::time::iso_8601;
 use super::xml::Element;
-use crate::control::Clock;
+use crate::control::{Clock, unpoisoned};
 use crate::device::Credentials;
 use crate::error::{Error, Result};
 
@@ -44,20 +44,15 @@ impl Keys {
     }
 
     pub fn set_device_time(&self, unix: f64) {
-        *held(&self.skew) = Some(unix - self.clock.now());
+        *unpoisoned(&self.skew) = Some(unix - self.clock.now());
     }
 
     /// The camera's time, or the host's where the camera does not tell.
     fn device_time(&self) -> f64 {
         let host = || SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
-        let skew = *held(&self.skew);
+        let skew = *unpoisoned(&self.skew);
         skew.map_or_else(host, |skew| skew + self.clock.now())
     }
-}
-
-/// Nothing is left half done under these locks.
-fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// What one try sent as proof.
@@ -148,7 +143,7 @@ impl Client {
 
     fn proof(&self, method: &str, place: &Place) -> (Sent, Option<String>, Option<String>) {
         let Some(credentials) = &self.keys.credentials else { return (Sent::Nothing, None, None) };
-        match &mut *held(&self.keys.proof) {
+        match &mut *unpoisoned(&self.keys.proof) {
             Proof::Digest(challenge, count) => {
                 *count += 1;
                 let value = challenge.answer(credentials, method, &place.path, *count, &client_nonce());
@@ -169,7 +164,7 @@ impl Client {
             return Err(self.unauthorised("it wants a user and a password"));
         }
         let challenge = Challenge::strongest(reply.challenges.iter().map(String::as_str));
-        let mut proof = held(&self.keys.proof);
+        let mut proof = unpoisoned(&self.keys.proof);
         if let Some(challenge) = challenge {
             let digests = tried.iter().filter(|t| matches!(t, Sent::Digest { .. })).count();
             // An old nonce, or one that the camera calls stale, says nothing of the password.

@@ -3,7 +3,7 @@
 use std::io::Cursor;
 use std::sync::Arc;
 
-use image::{ImageFormat, ImageReader, Limits};
+use image::{ImageFormat, ImageReader};
 
 use super::OnvifOptions;
 use super::client::Client;
@@ -14,8 +14,8 @@ use super::xml::{Read, escaped};
 use crate::control::Clock;
 use crate::device::{Frame, FrameSource};
 use crate::error::{Error, Result};
-use crate::image::view::MAX_SIDE;
-use crate::image::{Image, PixelFormat};
+use crate::format::picture::{limits, to_image};
+use crate::image::Image;
 
 /// Of a compressed picture, bytes.
 const MAX_PICTURE: u64 = 32 << 20;
@@ -85,17 +85,8 @@ fn decode(bytes: &[u8]) -> Read<Image> {
         return Err("it is cut off".into());
     }
     let mut reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::Jpeg);
-    let mut limits = Limits::default();
-    (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
-    limits.max_alloc = Some(MAX_DECODED);
-    reader.limits(limits);
-    let picture = reader.decode().map_err(|e| e.to_string())?;
-    let (width, height) = (picture.width(), picture.height());
-    let (format, data) = match picture.color().has_color() {
-        true => (PixelFormat::Rgb24, picture.into_rgb8().into_raw()),
-        false => (PixelFormat::Gray8, picture.into_luma8().into_raw()),
-    };
-    Ok(Image { format, width, height, data })
+    reader.limits(limits(MAX_DECODED));
+    reader.decode().map(to_image).map_err(|e| e.to_string())
 }
 
 #[cfg(test)]
@@ -104,6 +95,7 @@ mod tests {
     use rand_core::{Rng, SeedableRng};
 
     use super::*;
+    use crate::image::PixelFormat;
 
     /// Damaged pictures are decoded or refused, and are as large as they say.
     #[test]

@@ -1,10 +1,10 @@
 //! Playing a recording back: the scan code cannot tell it from a rig.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use super::{INFO, SHOTS};
-use crate::control::Clock;
+use crate::control::{Clock, unpoisoned};
 use crate::device::{Frame, FrameSource, Identity, Laser, Motion, PanTiltZoom, PtzCapabilities, PtzPosition};
 use crate::error::{Error, Result};
 use crate::format::recording_json::{self, RecordedShot, RecordingInfo, shots_from_lines};
@@ -104,7 +104,7 @@ impl Recording {
 
 impl Shared {
     fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        unpoisoned(&self.state)
     }
 
     /// The shot nearest to a position, if one was recorded there.

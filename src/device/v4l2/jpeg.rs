@@ -267,7 +267,7 @@ pub(super) mod tests {
     /// Bytes of whole frames changed at random: an image of the size agreed or a reason, nothing else.
     #[test]
     fn fuzz_damaged_frames() {
-        let inputs: usize = std::env::var("PTZCAL_FUZZ_INPUTS").ok().and_then(|n| n.parse().ok()).unwrap_or(100_000);
+        let inputs = crate::fuzz::fuzz_inputs() as usize;
         let seeds = [encoded(16, 16, true), encoded(16, 16, false), stripped(&encoded(16, 8, true)).0];
         let mut random = ChaCha8Rng::seed_from_u64(5);
         let mut image = Image::new(PixelFormat::Gray8, 0, 0);

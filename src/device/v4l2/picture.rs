@@ -116,7 +116,7 @@ mod tests {
     /// Any layout that a driver may answer, with any number of bytes.
     #[test]
     fn fuzz_layouts() {
-        let inputs: usize = std::env::var("PTZCAL_FUZZ_INPUTS").ok().and_then(|n| n.parse().ok()).unwrap_or(100_000);
+        let inputs = crate::fuzz::fuzz_inputs();
         let mut random = ChaCha8Rng::seed_from_u64(6);
         let bytes: Vec<u8> = (0..4096).map(|_| random.next_u32() as u8).collect();
         let mut image = Image::new(PixelFormat::Gray8, 0, 0);

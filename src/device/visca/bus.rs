@@ -6,12 +6,12 @@
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use super::codec::ip::{Control, Kind, Message};
 use super::codec::{Framer, Packet, Reply, Request, Zooming};
 use super::models::Model;
-use crate::control::Clock;
+use crate::control::{Clock, unpoisoned};
 use crate::device::{Brake, Link, Sender};
 use crate::error::{Error, Result};
 
@@ -164,7 +164,7 @@ impl Bus {
     }
 
     fn lock(&self) -> MutexGuard<'_, Line> {
-        self.line.lock().unwrap_or_else(PoisonError::into_inner)
+        unpoisoned(&self.line)
     }
 }
 
@@ -420,7 +420,7 @@ impl Outlet {
     }
 
     fn slot(&self) -> MutexGuard<'_, Option<Arc<dyn Sender>>> {
-        self.sender.lock().unwrap_or_else(PoisonError::into_inner)
+        unpoisoned(&self.sender)
     }
 
     /// Stops a head and its zoom, past all turns and without waiting. Twice, and what runs is

@@ -11,12 +11,13 @@
 //! `address` (1 to 7, default 1).
 
 use std::path::Path;
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::{Arc, Mutex, Weak};
 
 use super::bus::{Bus, Opener, Transport};
 use super::codec::ip;
 use super::driver::ViscaHead;
 use super::models::Model;
+use crate::control::unpoisoned;
 use crate::device::{Address, Surroundings, serial, tcp, udp};
 use crate::error::{Error, Result};
 
@@ -94,7 +95,7 @@ fn network_line(address: &Address) -> Result<Arc<Bus>> {
 
 /// The line with this key, if a head holds it, or a new one.
 fn shared(address: &Address, key: String, baud: u32, make: impl FnOnce() -> Arc<Bus>) -> Result<Arc<Bus>> {
-    let mut lines = LINES.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut lines = unpoisoned(&LINES);
     lines.retain(|entry| entry.bus.strong_count() > 0);
     if let Some((entry, bus)) =
         lines.iter().filter(|entry| entry.key == key).find_map(|entry| Some((entry, entry.bus.upgrade()?)))

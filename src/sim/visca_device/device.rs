@@ -1,12 +1,12 @@
 //! An emulated device with its clock, and the link to it that is nothing but memory.
 
 use std::fmt;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use super::emulator::{Emulator, EmulatorOptions};
 use super::ip::IpSession;
 use super::wire::Origin;
-use crate::control::{Clock, Log};
+use crate::control::{Clock, Log, unpoisoned};
 use crate::device::visca::ViscaHead;
 use crate::device::visca::bus::{Bus, Transport};
 use crate::device::visca::models::Model;
@@ -47,7 +47,7 @@ impl ViscaDevice {
 
     /// The emulator itself, to look at it or to change its faults. Everything waits meanwhile.
     pub fn emulator(&self) -> MutexGuard<'_, Emulator> {
-        self.0.emulator.lock().unwrap_or_else(PoisonError::into_inner)
+        unpoisoned(&self.0.emulator)
     }
 
     pub(super) fn now(&self) -> f64 {
@@ -122,10 +122,6 @@ struct Line {
 
 struct MemoryLink(Arc<Line>);
 
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 impl Line {
     fn check(&self, emulator: &mut Emulator, now: f64) -> Result<()> {
         if emulator.is_plugged(now) && emulator.times_unplugged() == self.plug {
@@ -138,13 +134,13 @@ impl Line {
     fn arrived(&self, now: f64) -> Result<std::result::Result<Vec<u8>, f64>> {
         let mut emulator = self.device.emulator();
         self.check(&mut emulator, now)?;
-        let mut said = locked(&self.said);
+        let mut said = unpoisoned(&self.said);
         if !said.is_empty() {
             return Ok(Ok(said.remove(0)));
         }
         let outgoing = emulator.poll(now);
         Ok(match (outgoing, &self.ip) {
-            (Some(outgoing), Some(ip)) => Ok(locked(ip).say(&outgoing)),
+            (Some(outgoing), Some(ip)) => Ok(unpoisoned(ip).say(&outgoing)),
             (Some(outgoing), None) => Ok(outgoing.bytes),
             (None, _) => Err(emulator.next_event(now).unwrap_or(f64::INFINITY)),
         })
@@ -164,7 +160,7 @@ impl Link for MemoryLink {
                     buffer[..count].copy_from_slice(&bytes);
                     // Of a datagram that does not fit the rest is lost.
                     if self.0.ip.is_none() && !rest.is_empty() {
-                        locked(&self.0.said).insert(0, rest);
+                        unpoisoned(&self.0.said).insert(0, rest);
                     }
                     return Ok(count);
                 }
@@ -187,8 +183,8 @@ impl Sender for Line {
         match &self.ip {
             None => emulator.feed(message, now),
             Some(ip) => {
-                let answer = locked(ip).hear(Origin::default(), message, &mut emulator, now);
-                let mut said = locked(&self.said);
+                let answer = unpoisoned(ip).hear(Origin::default(), message, &mut emulator, now);
+                let mut said = unpoisoned(&self.said);
                 if said.len() < MAX_SAID {
                     said.extend(answer);
                 }
