@@ -1,4 +1,4 @@
-//! Rotations and rigid transforms, cameras and lenses, lines, planes, homographies: pure maths.
+//! Rotations and rigid transforms, cameras and lenses, lines, planes, homographies, clouds and meshes: pure maths.
 
 pub mod angle_map;
 pub mod camera;
@@ -8,7 +8,9 @@ pub mod homography;
 pub mod inverse_depth;
 pub mod linalg;
 pub mod line;
+pub mod mesh;
 pub mod plane;
+pub mod point_cloud;
 pub mod rig_model;
 pub mod rig_parameters;
 pub mod rigid;
@@ -20,7 +22,9 @@ pub use camera::{Camera, Intrinsics};
 pub use distortion::Distortion;
 pub use inverse_depth::InverseDepthPoint;
 pub use line::{Line3, MeasuredLine, Ray};
+pub use mesh::{Mesh, Texture};
 pub use plane::Plane;
+pub use point_cloud::{MAX_POINTS, PointCloud, PointNoise};
 pub use rig_model::RigModel;
 pub use rig_parameters::{RIG_PARAMETERS, RigParameter};
 pub use rigid::Rigid;
