@@ -47,7 +47,7 @@ impl Nearest {
 /// picture without gaps use a surface, [`mesh_depth`].
 ///
 /// # Errors
-/// The cloud's and the camera's own; `InvalidArgument` for more than 64 megapixels.
+/// The cloud's and the camera's own; `InvalidArgument` for more than 2^25 pixels.
 pub fn cloud_depth(cloud: &PointCloud, camera: &Camera) -> Result<DepthView> {
     cloud.validate()?;
     let lens = Lens::new(camera, false)?;
@@ -79,7 +79,7 @@ pub fn cloud_depth(cloud: &PointCloud, camera: &Camera) -> Result<DepthView> {
 /// surface does between the points is not in it.
 ///
 /// # Errors
-/// The mesh's and the camera's own; `InvalidArgument` for more than 64 megapixels.
+/// The mesh's and the camera's own; `InvalidArgument` for more than 2^25 pixels.
 pub fn mesh_depth(mesh: &Mesh, camera: &Camera) -> Result<DepthView> {
     mesh.validate()?;
     let lens = Lens::new(camera, true)?;
@@ -99,7 +99,6 @@ fn plane_variance(mesh: &Mesh, lens: &Lens<'_>, triangle: usize, pixel: usize) -
     let pose = &lens.camera.pose;
     let corners = mesh.corners(triangle).map(|v| pose.apply(&v));
     let d = lens.direction(pixel)?;
-    let d = d / d.z;
     let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
     let (weights, _) = meet(&corners, &d).unwrap_or(([1.0 / 3.0; 3], 0.0));
     let world: Vector3<f64> = pose.rotation.transpose() * normal;

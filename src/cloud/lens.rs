@@ -5,16 +5,16 @@ use nalgebra::{Vector2, Vector3};
 use crate::error::{Error, Result};
 use crate::geometry::{Camera, Distortion};
 
-/// Most pixels of a depth map: 64 megapixels.
-pub const MAX_PIXELS: u64 = 1 << 26;
+/// Most pixels of a depth map: 8K video has fewer.
+pub const MAX_PIXELS: u64 = 1 << 25;
 
 /// A camera with the direction of every pixel.
 pub struct Lens<'a> {
     pub camera: &'a Camera,
     pub width: usize,
     pub height: usize,
-    /// In the camera's frame, row by row, of any length; zero where the lens has none.
-    directions: Vec<[f32; 3]>,
+    /// x and y in the camera's frame at z = 1, row by row; NaN where the lens has no ray in front.
+    directions: Vec<[f64; 2]>,
     /// Squared radius on the normalised plane up to which the lens grows.
     radius2: f64,
     /// Cosine of the greatest angle to the axis that a pixel sees.
@@ -40,33 +40,27 @@ impl<'a> Lens<'a> {
         let f = camera.intrinsics.fx.max(camera.intrinsics.fy);
         let mut lens = Self { camera, width, height, directions: Vec::new(), radius2, cos_limit: -1.0, fine: 0.5 / f };
         if rays {
-            let directions = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-            let ray = |at| lens.compute(at).map_or([0.0; 3], |d| [d.x as f32, d.y as f32, d.z as f32]);
-            let directions: Vec<[f32; 3]> = directions.map(ray).collect();
+            let pixels = (0..height).flat_map(|y| (0..width).map(move |x| Vector2::new(x as f64, y as f64)));
+            let directions = pixels.map(|pixel| lens.compute(&pixel).map_or([f64::NAN; 2], |d| [d.x, d.y])).collect();
             lens.directions = directions;
             lens.cos_limit = lens.border_cosine();
         }
         Ok(lens)
     }
 
-    fn compute(&self, (x, y): (usize, usize)) -> Option<Vector3<f64>> {
-        let q = self.camera.intrinsics.to_normalised(&Vector2::new(x as f64, y as f64));
-        let d = match self.camera.distortion {
-            Distortion::None => q.push(1.0),
-            lens => lens.direction(&q)?,
-        };
-        let grows = d.z > 0.0 && d.xy().norm_squared() <= self.radius2 * d.z * d.z;
-        (grows || self.is_fisheye()).then_some(d)
+    fn compute(&self, pixel: &Vector2<f64>) -> Option<Vector2<f64>> {
+        let p = self.camera.undistort_pixel(pixel)?;
+        (p.norm_squared() <= self.radius2).then_some(p)
     }
 
     fn is_fisheye(&self) -> bool {
         matches!(self.camera.distortion, Distortion::Fisheye(_))
     }
 
-    /// The ray of a pixel, in the camera's frame.
+    /// The ray of a pixel, in the camera's frame, at z = 1.
     pub fn direction(&self, pixel: usize) -> Option<Vector3<f64>> {
-        let [x, y, z] = *self.directions.get(pixel)?;
-        (z > 0.0).then(|| Vector3::new(x.into(), y.into(), z.into()))
+        let [x, y] = *self.directions.get(pixel)?;
+        (!x.is_nan()).then(|| Vector3::new(x, y, 1.0))
     }
 
     /// Of the pixels on the border, which see furthest from the axis. Where one has no ray the lens
@@ -74,7 +68,7 @@ impl<'a> Lens<'a> {
     fn border_cosine(&self) -> f64 {
         let (w, h) = (self.width, self.height);
         let border = (0..w).flat_map(|x| [x, (h - 1) * w + x]).chain((0..h).flat_map(|y| [y * w, y * w + w - 1]));
-        let cosine = border.map(|pixel| self.direction(pixel).map_or(-1.0, |d| d.z / d.norm())).fold(1.0, f64::min);
+        let cosine = border.map(|pixel| self.direction(pixel).map_or(-1.0, |d| 1.0 / d.norm())).fold(1.0, f64::min);
         // The outer half of the border's pixels, and rounding.
         let wider = cosine.clamp(-1.0, 1.0).acos() + 4.0 * self.fine + 1e-6;
         if cosine <= 0.0 || wider >= std::f64::consts::PI { -1.0 } else { wider.cos() }

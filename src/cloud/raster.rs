@@ -15,7 +15,13 @@ const MAX_HALVINGS: u32 = 10;
 /// Pixels along an edge after which a bent one is looked at again.
 const EDGE_STEP: f64 = 32.0;
 /// By what a bent edge bulges in between, pixels.
-const MARGIN: f64 = 1.0;
+const BULGE: f64 = 1.0;
+/// Rounding of projected corners, pixels.
+const MARGIN: f64 = 1e-6;
+
+/// Share of a triangle by which rays may pass it: those through the corners of a depth map's surface
+/// meet it in its own camera.
+const ROUNDING: f64 = 1e-9;
 
 /// Where the ray meets the triangle: depth along the optical axis.
 pub struct Hit {
@@ -34,8 +40,8 @@ pub fn rasterise(mesh: &Mesh, lens: &Lens<'_>, draw: &mut dyn FnMut(Hit)) {
     }
 }
 
-/// Weights of a triangle's corners where the ray `d` meets its plane, and the length of `d` up to
-/// there; `None` for a ray that misses the triangle.
+/// Weights of a triangle's corners where the ray `d` meets its plane, and how many times `d` that is
+/// away; `None` for a ray that misses the triangle.
 pub fn meet(corners: &[Vector3<f64>; 3], d: &Vector3<f64>) -> Option<([f64; 3], f64)> {
     let [a, b, c] = corners;
     meet_edges(&[b.cross(c), c.cross(a), a.cross(b)], a.dot(&b.cross(c)), d)
@@ -43,12 +49,11 @@ pub fn meet(corners: &[Vector3<f64>; 3], d: &Vector3<f64>) -> Option<([f64; 3], 
 
 fn meet_edges(edges: &[Vector3<f64>; 3], volume: f64, d: &Vector3<f64>) -> Option<([f64; 3], f64)> {
     let e = [edges[0].dot(d), edges[1].dot(d), edges[2].dot(d)];
-    if !(e.iter().all(|e| *e >= 0.0) || e.iter().all(|e| *e <= 0.0)) {
-        return None;
-    }
     let sum = e[0] + e[1] + e[2];
+    let slack = -ROUNDING * sum.abs();
+    let inside = if sum > 0.0 { e.iter().all(|e| *e >= slack) } else { e.iter().all(|e| -*e >= slack) };
     let length = volume / sum;
-    (length > 0.0 && length.is_finite()).then(|| (e.map(|e| e / sum), length))
+    (inside && length > 0.0 && length.is_finite()).then(|| (e.map(|e| e / sum), length))
 }
 
 fn piece(corners: &[Vector3<f64>; 3], lens: &Lens<'_>, halvings: u32, draw: &mut dyn FnMut(usize, f64)) {
@@ -82,10 +87,10 @@ fn bounds(corners: &[Vector3<f64>; 3], lens: &Lens<'_>) -> Option<[Vector2<f64>;
                 high = high.sup(&p);
             }
         }
-        low.add_scalar_mut(-MARGIN);
-        high.add_scalar_mut(MARGIN);
+        low.add_scalar_mut(-BULGE);
+        high.add_scalar_mut(BULGE);
     }
-    Some([low, high])
+    Some([low.add_scalar(-MARGIN), high.add_scalar(MARGIN)])
 }
 
 fn fill(
@@ -106,7 +111,7 @@ fn fill(
         for pixel in (y * lens.width + x0)..(y * lens.width + x1.max(x0)) {
             let Some(d) = lens.direction(pixel) else { continue };
             if let Some((_, length)) = meet_edges(&edges, volume, &d) {
-                draw(pixel, length * d.z);
+                draw(pixel, length);
             }
         }
     }

@@ -42,7 +42,15 @@ fn what_a_triangle_shows_is_what_is_there() {
         assert!(covered > mesh.triangles.len() / 3, "{lens:?} {covered} of {}", mesh.triangles.len());
         assert!(mesh.validate().is_ok());
         let texture = &mesh.textures[0];
-        let mut worst = 0;
+        let view = mesh_depth(&mesh, &camera).unwrap();
+        // Does a sample rounded to its pixel lie on the outline of the box?
+        let outline = |at: &Vector2<f64>| {
+            let [x, y] = [at.x.round() as usize, at.y.round() as usize];
+            let around = (y..y + 3).flat_map(|y| (x..x + 3).map(move |x| (x.max(1) - 1, y.max(1) - 1)));
+            let depths: Vec<_> = around.map(|(x, y)| view.map.at(x, y).unwrap_or(0.0)).collect();
+            depths.iter().any(|z| (z - depths[4]).abs() > 0.3)
+        };
+        let (mut worst, mut samples) = (0, 0);
         for t in &texture.triangles {
             let corners = mesh.triangles[*t as usize];
             for weights in [[0.6, 0.2, 0.2], [0.2, 0.2, 0.6], [1.0 / 3.0; 3]] {
@@ -52,12 +60,17 @@ fn what_a_triangle_shows_is_what_is_there() {
                     at += Vector2::new(x, y) * w;
                     point += mesh.vertices.positions[*v as usize] * w;
                 }
+                if outline(&at) {
+                    continue;
+                }
+                samples += 1;
                 let i = 3 * (at.y.round() as usize * 320 + at.x.round() as usize);
                 let truth = paint(&point);
                 worst = (0..3).map(|c| image.data[i + c].abs_diff(truth[c])).fold(worst, u8::max);
             }
         }
         // Half a pixel is 8 mm, or one and a half grey levels; the scene spans 200 of them.
+        assert!(samples > 2 * texture.triangles.len());
         assert!(worst <= 4, "{lens:?}: {worst} grey levels");
     }
 }
@@ -71,16 +84,16 @@ fn hidden_triangles_keep_their_colours_and_the_nearer_picture_wins() {
     let picture = Picture { image: image.view().unwrap(), camera: &side };
     texture(&mut mesh, &[picture]).unwrap();
     let shadow = |p: &Vector3<f64>| {
-        // Does the segment from the camera meet the box?
+        // Does the segment from the camera meet the box? Its mesh is up to a step of 23 mm smaller.
         let c = side.centre();
         let s = (2.0 - c.z) / (p.z - c.z);
         let hit = c + (p - c) * s;
-        p.z > 2.5 && (hit.x + 0.1).abs() < 0.23 && hit.y.abs() < 0.28
+        p.z > 2.5 && (hit.x + 0.1).abs() < 0.22 && hit.y.abs() < 0.27
     };
     let mut hidden = 0;
     let seen: std::collections::BTreeSet<u32> = mesh.textures[0].triangles.iter().copied().collect();
     for t in 0..mesh.triangles.len() {
-        if mesh.corners(t).iter().any(shadow) {
+        if shadow(&(mesh.corners(t).iter().sum::<Vector3<f64>>() / 3.0)) {
             hidden += 1;
             assert!(!seen.contains(&(t as u32)), "triangle {t} is behind the box");
         }
