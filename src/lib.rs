@@ -23,6 +23,7 @@ pub mod angle_learning;
 pub mod calibrate;
 #[doc(hidden)]
 pub mod capi;
+pub mod cloud;
 pub mod control;
 pub mod detect;
 pub mod device;

@@ -65,9 +65,7 @@ pub fn cloud_depth(cloud: &PointCloud, camera: &Camera) -> Result<DepthView> {
         }
     }
     let axis = camera.pose.rotation.row(2).transpose();
-    let variance = variances(&cloud.noise, &nearest, |i, _| {
-        cloud.noise.covariance(i).map(|c| axis.dot(&(c * axis)))
-    });
+    let variance = variances(&cloud.noise, &nearest, |i, _| cloud.noise.covariance(i).map(|c| axis.dot(&(c * axis))));
     Ok(DepthView { map: DepthMap::new(camera.width, camera.height, depth)?, variance })
 }
 
@@ -91,7 +89,8 @@ pub fn mesh_depth(mesh: &Mesh, camera: &Camera) -> Result<DepthView> {
 }
 
 fn variances(noise: &PointNoise, ids: &[u32], of: impl Fn(usize, usize) -> Option<f64>) -> Option<Vec<f32>> {
-    let variance = |(pixel, id): (usize, &u32)| if *id == NONE { 0.0 } else { of(*id as usize, pixel).unwrap_or(0.0) as f32 };
+    let variance =
+        |(pixel, id): (usize, &u32)| if *id == NONE { 0.0 } else { of(*id as usize, pixel).unwrap_or(0.0) as f32 };
     (*noise != PointNoise::Unknown).then(|| ids.iter().enumerate().map(variance).collect())
 }
 

@@ -129,7 +129,10 @@ mod tests {
             positions: vec![ray, Vector3::new(-1.0, 0.5, 2.0)],
             colours: vec![[255, 0, 0], [0, 0, 255]],
             normals: Some(vec![-Vector3::z(), Vector3::x()]),
-            noise: PointNoise::Covariances(vec![pack(&(ray * ray.transpose() * 1e-4)), [1e-4, 0.0, 0.0, 1e-4, 0.0, 4e-4]]),
+            noise: PointNoise::Covariances(vec![
+                pack(&(ray * ray.transpose() * 1e-4)),
+                [1e-4, 0.0, 0.0, 1e-4, 0.0, 4e-4],
+            ]),
         }
     }
 
@@ -161,7 +164,10 @@ mod tests {
         let mut random = Random(7);
         // Twelve uniform numbers have variance 1.
         let mut gauss = || (0..12).map(|_| random.below(1 << 30) as f64 / (1u64 << 30) as f64).sum::<f64>() - 6.0;
-        let root = SMatrix::<f64, 6, 6>::from_fn(|i, j| if i >= j { 0.002 * (1.0 + (i * 5 + j * 3) as f64 % 4.0) } else { 0.0 });
+        let root =
+            SMatrix::<f64, 6, 6>::from_fn(
+                |i, j| if i >= j { 0.002 * (1.0 + (i * 5 + j * 3) as f64 % 4.0) } else { 0.0 },
+            );
         let mut moved = cloud();
         transform(&mut moved, &pose(), Some(&(root * root.transpose()))).unwrap();
         let wanted = moved.noise.covariance(1).unwrap();
@@ -188,10 +194,7 @@ mod tests {
         let mut mixed = PointCloud { noise: PointNoise::Deviations(vec![0.1, 0.2]), ..cloud() };
         merge(&mut mixed, &cloud()).unwrap();
         assert!((mixed.noise.deviation(1).unwrap() - 0.2).abs() < 1e-15 && mixed.validate().is_ok());
-        for other in [
-            PointCloud { noise: PointNoise::Unknown, ..cloud() },
-            PointCloud { normals: None, ..cloud() },
-        ] {
+        for other in [PointCloud { noise: PointNoise::Unknown, ..cloud() }, PointCloud { normals: None, ..cloud() }] {
             let mut same = cloud();
             assert!(merge(&mut same, &other).is_err());
             assert_eq!(same, cloud());

@@ -74,6 +74,13 @@ impl RayGrid {
         Ok(Self { columns, rows, points })
     }
 
+    /// Whole rows of `columns` points; what is left over of a row is dropped.
+    pub fn of_rows(columns: usize, mut points: Vec<Option<GridPoint>>) -> Self {
+        let rows = points.len().checked_div(columns).unwrap_or(0);
+        points.truncate(rows * columns);
+        Self { columns, rows, points }
+    }
+
     pub fn columns(&self) -> usize {
         self.columns
     }
@@ -125,7 +132,9 @@ pub fn depth_grid(
 pub fn grid_cloud(grid: &RayGrid) -> PointCloud {
     let (mut cloud, mut covariances) = (PointCloud::default(), Vec::new());
     for point in grid.points.iter().flatten() {
-        let (Some(position), Some(covariance)) = (point.point.point(), point.point.point_covariance()) else { continue };
+        let (Some(position), Some(covariance)) = (point.point.point(), point.point.point_covariance()) else {
+            continue;
+        };
         cloud.positions.push(position);
         cloud.colours.push(point.colour);
         covariances.push(pack(&covariance));

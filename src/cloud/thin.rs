@@ -193,7 +193,8 @@ mod tests {
         let mut random = Random(5);
         let mut gauss = || (0..12).map(|_| random.below(1 << 30) as f64 / (1u64 << 30) as f64).sum::<f64>() - 6.0;
         let (along, sigma) = ([Vector3::new(1.0, 0.2, 0.1), Vector3::new(-0.1, 0.3, 1.0)], [0.05, 0.02]);
-        let covariances: Vec<_> = (0..2).map(|i| pack(&(along[i] * along[i].transpose() * f64::powi(sigma[i], 2)))).collect();
+        let covariances: Vec<_> =
+            (0..2).map(|i| pack(&(along[i] * along[i].transpose() * f64::powi(sigma[i], 2)))).collect();
         let truth = Vector3::repeat(0.5);
         let (mut sum, mut weighted, mut plain, runs) = (Matrix3::zeros(), 0.0, 0.0, 20_000);
         let mut stated = Matrix3::zeros();
@@ -223,7 +224,8 @@ mod tests {
             normals: None,
             noise: PointNoise::Covariances(covariances),
         };
-        let tight = thin(&PointCloud { positions: cloud.positions.iter().map(|p| p * 0.02).collect(), ..cloud.clone() }, 0.02);
+        let tight =
+            thin(&PointCloud { positions: cloud.positions.iter().map(|p| p * 0.02).collect(), ..cloud.clone() }, 0.02);
         assert!((tight.unwrap().positions[0] / 0.02 - truth).norm() < 1e-3);
     }
 
@@ -262,7 +264,10 @@ mod tests {
     #[ignore = "a measurement; run it in release"]
     fn measure_a_million() {
         let cloud = random_cloud(1_000_000, 2);
-        let noisy = PointCloud { noise: PointNoise::Covariances(vec![[1e-4, 0.0, 0.0, 1e-4, 0.0, 1e-4]; 1_000_000]), ..cloud.clone() };
+        let noisy = PointCloud {
+            noise: PointNoise::Covariances(vec![[1e-4, 0.0, 0.0, 1e-4, 0.0, 1e-4]; 1_000_000]),
+            ..cloud.clone()
+        };
         for (name, cloud) in [("plain", &cloud), ("covariances", &noisy)] {
             for voxel in [0.01, 0.05, 0.2] {
                 let begun = std::time::Instant::now();

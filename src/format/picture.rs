@@ -67,8 +67,25 @@ pub(crate) fn limits(max_alloc: u64) -> Limits {
     limits
 }
 
+/// A PNG or JPEG inside another file, GRAY8 or RGB24; `name`: of that file; `most`: bytes of memory.
+pub(super) fn decode_bytes(bytes: &[u8], name: &str, most: u64) -> Result<Image> {
+    let wrong = |e: image::ImageError| format_error(name, format!("a picture: {e}"));
+    let mut reader = ImageReader::new(Cursor::new(bytes));
+    reader.set_format(match image::guess_format(bytes).map_err(wrong)? {
+        format @ (ImageFormat::Png | ImageFormat::Jpeg) => format,
+        other => return Err(format_error(name, format!("a picture is {other:?}"))),
+    });
+    reader.limits(limits(most.min(MAX_DECODED)));
+    reader.decode().map(to_image).map_err(wrong)
+}
+
 /// Writes a picture as PNG.
 pub fn write_png(path: &Path, view: &ImageView<'_>) -> Result<()> {
+    write_atomically(path, &encode_png(view)?)
+}
+
+/// A picture as the bytes of a PNG.
+pub(super) fn encode_png(view: &ImageView<'_>) -> Result<Vec<u8>> {
     let (width, height) = (view.width(), view.height());
     let (data, colour) = if view.format().has_colour() {
         let pixels = (0..height).flat_map(|y| (0..width).flat_map(move |x| view.rgb(x, y)));
@@ -79,7 +96,7 @@ pub fn write_png(path: &Path, view: &ImageView<'_>) -> Result<()> {
     let mut bytes = Cursor::new(Vec::new());
     image::write_buffer_with_format(&mut bytes, &data, width, height, colour, ImageFormat::Png)
         .map_err(|e| Error::Internal { reason: format!("PNG: {e}") })?;
-    write_atomically(path, &bytes.into_inner())
+    Ok(bytes.into_inner())
 }
 
 #[cfg(test)]

@@ -31,6 +31,13 @@ pub struct Mesh {
     pub textures: Vec<Texture>,
 }
 
+/// A cloud is a mesh without triangles.
+impl From<PointCloud> for Mesh {
+    fn from(vertices: PointCloud) -> Self {
+        Self { vertices, ..Self::default() }
+    }
+}
+
 impl Mesh {
     /// Checks the vertices, that every index exists, and that no triangle has two textures.
     pub fn validate(&self) -> Result<()> {
@@ -119,11 +126,8 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_refused() {
-        let texture = Texture {
-            image: Image::new(PixelFormat::Rgb24, 4, 4),
-            places: vec![[0.0; 2]; 5],
-            triangles: vec![1],
-        };
+        let texture =
+            Texture { image: Image::new(PixelFormat::Rgb24, 4, 4), places: vec![[0.0; 2]; 5], triangles: vec![1] };
         let with = |change: &dyn Fn(&mut Texture)| {
             let mut mesh = Mesh { textures: vec![texture.clone()], ..square() };
             change(&mut mesh.textures[0]);

@@ -131,7 +131,8 @@ impl PointCloud {
     pub fn validate(&self) -> Result<()> {
         let count = self.len();
         check_count(count)?;
-        let other = |name: &str, given: usize| Err(Error::invalid("cloud", format!("{given} {name} for {count} points")));
+        let other =
+            |name: &str, given: usize| Err(Error::invalid("cloud", format!("{given} {name} for {count} points")));
         if self.colours.len() != count {
             return other("colours", self.colours.len());
         }

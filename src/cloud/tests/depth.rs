@@ -46,8 +46,11 @@ fn a_plane_is_exact_at_every_pixel_of_every_lens() {
 
 #[test]
 fn the_nearer_surface_hides_the_farther_and_gaps_stay_unknown() {
-    let camera = Camera { pose: Rigid::identity(), ..camera(Distortion::BrownConrady([-0.28, 0.09, 0.001, -0.002, 0.0])) };
-    let square = |x: f64, half: f64, z: f64| [(-1, -1), (1, -1), (1, 1), (-1, 1)].map(|(a, b)| Vector3::new(x + half * f64::from(a), half * f64::from(b), z));
+    let camera =
+        Camera { pose: Rigid::identity(), ..camera(Distortion::BrownConrady([-0.28, 0.09, 0.001, -0.002, 0.0])) };
+    let square = |x: f64, half: f64, z: f64| {
+        [(-1, -1), (1, -1), (1, 1), (-1, 1)].map(|(a, b)| Vector3::new(x + half * f64::from(a), half * f64::from(b), z))
+    };
     let positions = [square(0.0, 0.4, 3.0), square(0.1, 0.1, 2.0), square(0.0, 5.0, -2.0)].concat();
     let vertices = PointCloud { colours: vec![[0; 3]; 12], positions, ..Default::default() };
     let triangles = [0, 4, 8].iter().flat_map(|i| [[i + 0, i + 1, i + 2], [i + 0, i + 2, i + 3]]).collect();
@@ -107,7 +110,8 @@ fn points_fall_into_their_pixels_and_the_nearest_counts() {
         let aside = camera.pose.inverse().apply(&Vector3::new(9.0, 0.0, 3.0));
         let positions = vec![ray.at(3.0), ray.at(2.0), behind, aside];
         let sigma = 0.01;
-        let noise = PointNoise::Covariances(vec![pack(&(ray.direction * ray.direction.transpose() * sigma * sigma)); 4]);
+        let noise =
+            PointNoise::Covariances(vec![pack(&(ray.direction * ray.direction.transpose() * sigma * sigma)); 4]);
         let cloud = PointCloud { colours: vec![[0; 3]; 4], positions, normals: None, noise };
         let view = cloud_depth(&cloud, &camera).unwrap();
         let wanted = camera.pose.apply(&ray.at(2.0)).z;

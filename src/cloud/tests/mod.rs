@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use super::{GridPoint, RayGrid};
 use crate::fuzz::Random;
 use crate::geometry::rigid::{rotation_x, rotation_y};
-use crate::geometry::{Camera, Distortion, InverseDepthPoint, Intrinsics, Rigid};
+use crate::geometry::{Camera, Distortion, Intrinsics, InverseDepthPoint, Rigid};
 
 /// Distance along a ray from the origin (unit direction) to what it meets.
 type Scene<'a> = &'a dyn Fn(&Vector3<f64>) -> Option<f64>;

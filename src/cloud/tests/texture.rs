@@ -27,7 +27,11 @@ fn photograph(mesh: &Mesh, camera: &Camera) -> Image {
 fn scene() -> Mesh {
     let grid = scan(81, 61, 0.45, 1e-6, 8, &|d| {
         let near = plane(Vector3::z(), 2.0, d)?;
-        if (d.x * near + 0.1).abs() < 0.25 && (d.y * near).abs() < 0.3 { Some(near) } else { plane(Vector3::z(), 3.0, d) }
+        if (d.x * near + 0.1).abs() < 0.25 && (d.y * near).abs() < 0.3 {
+            Some(near)
+        } else {
+            plane(Vector3::z(), 3.0, d)
+        }
     });
     triangulate(&grid, &SurfaceOptions::default()).unwrap()
 }
@@ -79,7 +83,10 @@ fn what_a_triangle_shows_is_what_is_there() {
 fn hidden_triangles_keep_their_colours_and_the_nearer_picture_wins() {
     let mut mesh = scene();
     // From the left the box hides a strip of the wall on its right.
-    let side = Camera { pose: Rigid::look_at(&Vector3::new(-1.5, 0.0, 0.5), &Vector3::new(0.0, 0.0, 2.8)).unwrap(), ..camera(Distortion::None) };
+    let side = Camera {
+        pose: Rigid::look_at(&Vector3::new(-1.5, 0.0, 0.5), &Vector3::new(0.0, 0.0, 2.8)).unwrap(),
+        ..camera(Distortion::None)
+    };
     let image = photograph(&mesh, &side);
     let picture = Picture { image: image.view().unwrap(), camera: &side };
     texture(&mut mesh, &[picture]).unwrap();
@@ -100,7 +107,8 @@ fn hidden_triangles_keep_their_colours_and_the_nearer_picture_wins() {
     }
     assert!(hidden > 50, "{hidden}");
     // Twice as near: more pixels for each triangle that both show.
-    let near = Camera { pose: Rigid::look_at(&Vector3::new(0.0, 0.0, 1.2), &Vector3::new(0.0, 0.0, 3.0)).unwrap(), ..side };
+    let near =
+        Camera { pose: Rigid::look_at(&Vector3::new(0.0, 0.0, 1.2), &Vector3::new(0.0, 0.0, 3.0)).unwrap(), ..side };
     let close = photograph(&mesh, &near);
     let both = [picture, Picture { image: close.view().unwrap(), camera: &near }];
     let covered = texture(&mut mesh, &both).unwrap();
@@ -120,7 +128,13 @@ fn hidden_triangles_keep_their_colours_and_the_nearer_picture_wins() {
 fn triangles_finer_than_pixels_are_seen_too() {
     let grid = scan(201, 151, 0.3, 1e-9, 9, &|d| plane(Vector3::z(), 3.0, d));
     let mut mesh = triangulate(&grid, &SurfaceOptions::default()).unwrap();
-    let coarse = Camera { width: 64, height: 48, intrinsics: Intrinsics::new(50.0, 31.5, 23.5), pose: Rigid::identity(), ..camera(Distortion::None) };
+    let coarse = Camera {
+        width: 64,
+        height: 48,
+        intrinsics: Intrinsics::new(50.0, 31.5, 23.5),
+        pose: Rigid::identity(),
+        ..camera(Distortion::None)
+    };
     let image = photograph(&mesh, &coarse);
     let covered = texture(&mut mesh, &[Picture { image: image.view().unwrap(), camera: &coarse }]).unwrap();
     assert_eq!(covered, mesh.triangles.len());
