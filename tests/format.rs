@@ -11,7 +11,7 @@ use ptzcal::format::{
     read_ply, write_atomically, write_camera, write_opencv_yaml, write_ply,
 };
 use ptzcal::geometry::rigid::exp;
-use ptzcal::geometry::{Camera, Distortion, Intrinsics, PointCloud, PointNoise, Rigid};
+use ptzcal::geometry::{Camera, CloudNoise, Distortion, Intrinsics, PointCloud, Rigid};
 
 /// A folder of its own for each test, removed at its end.
 struct Folder(PathBuf);
@@ -319,7 +319,7 @@ fn cloud() -> PointCloud {
         positions: vec![Vector3::new(0.5, -1.25, 3.0), Vector3::new(-0.125, 2.0, 4.5), Vector3::zeros()],
         colours: vec![[255, 0, 7], [10, 20, 30], [0, 0, 0]],
         normals: None,
-        noise: PointNoise::Deviations(vec![0.25, 0.5, 0.0]),
+        noise: CloudNoise::Deviations(vec![0.25, 0.5, 0.0]),
     }
 }
 
@@ -327,7 +327,7 @@ fn cloud() -> PointCloud {
 fn ply_gives_back_the_cloud() {
     let folder = Folder::new("ply");
     let path = folder.file("cloud.ply");
-    for cloud in [cloud(), PointCloud { noise: PointNoise::Unknown, ..cloud() }, PointCloud::default()] {
+    for cloud in [cloud(), PointCloud { noise: CloudNoise::Unknown, ..cloud() }, PointCloud::default()] {
         write_ply(&path, &cloud).unwrap();
         assert_eq!(read_ply(&path).unwrap().cloud, cloud);
     }
@@ -379,7 +379,7 @@ fn ply_of_others_is_read_and_lies_are_refused() {
     bytes.extend([3, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0]);
     let cloud = ply::from_ply(&bytes, "mesh").unwrap().cloud;
     assert_eq!(cloud.positions, [Vector3::new(-4.0, 0.25, 1.5), Vector3::new(-4.0, 0.25, -2.5)]);
-    assert_eq!((cloud.colours, cloud.noise), (vec![[255; 3]; 2], PointNoise::Unknown));
+    assert_eq!((cloud.colours, cloud.noise), (vec![[255; 3]; 2], CloudNoise::Unknown));
 
     let own = ply::to_ply(&self::cloud()).unwrap();
     let changed = |from: &str, to: &str| {
@@ -411,8 +411,8 @@ fn ply_of_others_is_read_and_lies_are_refused() {
     let folder = Folder::new("bad-ply");
     for bad in [
         PointCloud { colours: vec![], ..self::cloud() },
-        PointCloud { noise: PointNoise::Deviations(vec![0.1]), ..self::cloud() },
-        PointCloud { noise: PointNoise::Deviations(vec![0.1, f64::INFINITY, 0.2]), ..self::cloud() },
+        PointCloud { noise: CloudNoise::Deviations(vec![0.1]), ..self::cloud() },
+        PointCloud { noise: CloudNoise::Deviations(vec![0.1, f64::INFINITY, 0.2]), ..self::cloud() },
         PointCloud { positions: vec![Vector3::new(f64::NAN, 0.0, 0.0); 3], ..self::cloud() },
     ] {
         assert!(write_ply(&folder.file("cloud.ply"), &bad).is_err());

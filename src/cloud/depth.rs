@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::lens::Lens;
 use super::raster::{meet, rasterise};
 use crate::error::Result;
-use crate::geometry::{Camera, Mesh, PointCloud, PointNoise};
+use crate::geometry::{Camera, CloudNoise, Mesh, PointCloud};
 use crate::image::DepthMap;
 
 /// No triangle.
@@ -88,10 +88,10 @@ pub fn mesh_depth(mesh: &Mesh, camera: &Camera) -> Result<DepthView> {
     Ok(DepthView { map: DepthMap::new(camera.width, camera.height, known)?, variance })
 }
 
-fn variances(noise: &PointNoise, ids: &[u32], of: impl Fn(usize, usize) -> Option<f64>) -> Option<Vec<f32>> {
+fn variances(noise: &CloudNoise, ids: &[u32], of: impl Fn(usize, usize) -> Option<f64>) -> Option<Vec<f32>> {
     let variance =
         |(pixel, id): (usize, &u32)| if *id == NONE { 0.0 } else { of(*id as usize, pixel).unwrap_or(0.0) as f32 };
-    (*noise != PointNoise::Unknown).then(|| ids.iter().enumerate().map(variance).collect())
+    (*noise != CloudNoise::Unknown).then(|| ids.iter().enumerate().map(variance).collect())
 }
 
 fn plane_variance(mesh: &Mesh, lens: &Lens<'_>, triangle: usize, pixel: usize) -> Option<f64> {

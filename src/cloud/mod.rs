@@ -9,7 +9,7 @@ pub mod surface;
 pub mod texture;
 pub mod thin;
 
-pub use crate::geometry::{MAX_POINTS, Mesh, PointCloud, PointNoise, Texture};
+pub use crate::geometry::{CloudNoise, MAX_POINTS, Mesh, PointCloud, Texture};
 pub use depth::{DepthView, cloud_depth, mesh_depth};
 pub use points::{crop, merge, transform};
 pub use surface::{GridPoint, RayGrid, SurfaceOptions, depth_grid, grid_cloud, triangulate};

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 use crate::error::{Error, Result};
 use crate::geometry::point_cloud::{check_count, pack, unpack};
 use crate::geometry::rigid::{rotation_defect, skew};
-use crate::geometry::{PointCloud, PointNoise, Rigid};
+use crate::geometry::{CloudNoise, PointCloud, Rigid};
 
 /// Moves a cloud: X <- R X + t. Covariances turn with it, C <- R C R^T. With the covariance of the
 /// pose, of (w, t) with w the rotation vector (radians) in R <- exp([w]x) R and t in metres (as
@@ -33,7 +33,7 @@ pub fn transform(cloud: &mut PointCloud, pose: &Rigid, pose_covariance: Option<&
         if asymmetry > 1e-9 * s.amax() || s.diagonal().min() < 0.0 {
             return Err(Error::invalid("pose_covariance", "not symmetric, or a variance is negative"));
         }
-        if matches!(cloud.noise, PointNoise::Deviations(_)) {
+        if matches!(cloud.noise, CloudNoise::Deviations(_)) {
             cloud.noise = std::mem::take(&mut cloud.noise).into_covariances();
         }
     }
@@ -44,7 +44,7 @@ pub fn transform(cloud: &mut PointCloud, pose: &Rigid, pose_covariance: Option<&
     for normal in cloud.normals.iter_mut().flatten() {
         *normal = r * *normal;
     }
-    if let PointNoise::Covariances(covariances) = &mut cloud.noise {
+    if let CloudNoise::Covariances(covariances) = &mut cloud.noise {
         for (c, moved) in covariances.iter_mut().zip(&cloud.positions) {
             let mut turned = r * unpack(c) * r.transpose();
             if let Some(s) = pose_covariance {
@@ -78,16 +78,16 @@ pub fn merge(cloud: &mut PointCloud, other: &PointCloud) -> Result<()> {
     }
     // What can fail has to come before what changes.
     match (&mut cloud.noise, &other.noise) {
-        (PointNoise::Unknown, PointNoise::Unknown) => {}
-        (PointNoise::Unknown, _) | (_, PointNoise::Unknown) => {
+        (CloudNoise::Unknown, CloudNoise::Unknown) => {}
+        (CloudNoise::Unknown, _) | (_, CloudNoise::Unknown) => {
             let reason = "the noise of only one of the two clouds is known: state the other's, or drop it before";
             return Err(Error::invalid("other", reason));
         }
-        (PointNoise::Deviations(own), PointNoise::Deviations(others)) => own.extend(others),
+        (CloudNoise::Deviations(own), CloudNoise::Deviations(others)) => own.extend(others),
         (own, others) => {
             let (mine, more) = (std::mem::take(own).into_covariances(), others.clone().into_covariances());
             *own = mine;
-            if let (PointNoise::Covariances(own), PointNoise::Covariances(more)) = (own, more) {
+            if let (CloudNoise::Covariances(own), CloudNoise::Covariances(more)) = (own, more) {
                 own.extend(more);
             }
         }
@@ -129,7 +129,7 @@ mod tests {
             positions: vec![ray, Vector3::new(-1.0, 0.5, 2.0)],
             colours: vec![[255, 0, 0], [0, 0, 255]],
             normals: Some(vec![-Vector3::z(), Vector3::x()]),
-            noise: PointNoise::Covariances(vec![
+            noise: CloudNoise::Covariances(vec![
                 pack(&(ray * ray.transpose() * 1e-4)),
                 [1e-4, 0.0, 0.0, 1e-4, 0.0, 4e-4],
             ]),
@@ -191,10 +191,10 @@ mod tests {
         let mut both = cloud();
         merge(&mut both, &cloud()).unwrap();
         assert_eq!((both.len(), both.validate()), (4, Ok(())));
-        let mut mixed = PointCloud { noise: PointNoise::Deviations(vec![0.1, 0.2]), ..cloud() };
+        let mut mixed = PointCloud { noise: CloudNoise::Deviations(vec![0.1, 0.2]), ..cloud() };
         merge(&mut mixed, &cloud()).unwrap();
         assert!((mixed.noise.deviation(1).unwrap() - 0.2).abs() < 1e-15 && mixed.validate().is_ok());
-        for other in [PointCloud { noise: PointNoise::Unknown, ..cloud() }, PointCloud { normals: None, ..cloud() }] {
+        for other in [PointCloud { noise: CloudNoise::Unknown, ..cloud() }, PointCloud { normals: None, ..cloud() }] {
             let mut same = cloud();
             assert!(merge(&mut same, &other).is_err());
             assert_eq!(same, cloud());

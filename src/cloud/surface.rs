@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 
 use crate::error::{Error, Result};
 use crate::geometry::point_cloud::{check_count, pack};
-use crate::geometry::{Camera, InverseDepthPoint, Mesh, PointCloud, PointNoise};
+use crate::geometry::{Camera, CloudNoise, InverseDepthPoint, Mesh, PointCloud};
 use crate::image::{DepthMap, DepthNoise, ImageView};
 
 /// A measured point of a grid.
@@ -139,7 +139,7 @@ pub fn grid_cloud(grid: &RayGrid) -> PointCloud {
         cloud.colours.push(point.colour);
         covariances.push(pack(&covariance));
     }
-    cloud.noise = PointNoise::Covariances(covariances);
+    cloud.noise = CloudNoise::Covariances(covariances);
     cloud
 }
 
@@ -196,7 +196,7 @@ pub fn triangulate(grid: &RayGrid, options: &SurfaceOptions) -> Result<Mesh> {
         Some(cell)
     };
     let cells = grid.points.iter().map(&mut cell).collect();
-    mesh.vertices.noise = PointNoise::Covariances(covariances);
+    mesh.vertices.noise = CloudNoise::Covariances(covariances);
     let surface = Surface {
         cells,
         columns: grid.columns as isize,

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::error::{Error, Result};
 use crate::geometry::point_cloud::{pack, unpack};
-use crate::geometry::{PointCloud, PointNoise};
+use crate::geometry::{CloudNoise, PointCloud};
 
 /// Bits of a voxel's number along one axis.
 const BITS: u32 = 21;
@@ -32,9 +32,9 @@ pub fn thin(cloud: &PointCloud, voxel: f64) -> Result<PointCloud> {
     let mut thinned = PointCloud {
         normals: cloud.normals.as_ref().map(|_| Vec::new()),
         noise: match cloud.noise {
-            PointNoise::Unknown => PointNoise::Unknown,
-            PointNoise::Deviations(_) => PointNoise::Deviations(Vec::new()),
-            PointNoise::Covariances(_) => PointNoise::Covariances(Vec::new()),
+            CloudNoise::Unknown => CloudNoise::Unknown,
+            CloudNoise::Deviations(_) => CloudNoise::Deviations(Vec::new()),
+            CloudNoise::Covariances(_) => CloudNoise::Covariances(Vec::new()),
         },
         ..Default::default()
     };
@@ -54,7 +54,7 @@ pub fn thin(cloud: &PointCloud, voxel: f64) -> Result<PointCloud> {
         let first = cloud.positions[members[0].1 as usize];
         let offset = |i: usize| cloud.positions[i] - first;
         let mean = match (&cloud.noise, &mut thinned.noise) {
-            (PointNoise::Deviations(d), PointNoise::Deviations(out)) => {
+            (CloudNoise::Deviations(d), CloudNoise::Deviations(out)) => {
                 let (mut total, mut sum, mut noise) = (0.0, Vector3::zeros(), 0.0);
                 for i in indices() {
                     let variance = d[i] * d[i];
@@ -66,7 +66,7 @@ pub fn thin(cloud: &PointCloud, voxel: f64) -> Result<PointCloud> {
                 out.push(noise.sqrt() / total);
                 sum / total
             }
-            (PointNoise::Covariances(c), PointNoise::Covariances(out)) => {
+            (CloudNoise::Covariances(c), CloudNoise::Covariances(out)) => {
                 let (mut total, mut sum, mut noise) = (Matrix3::zeros(), Vector3::zeros(), Matrix3::zeros());
                 for i in indices() {
                     let c = unpack(&c[i]);
@@ -120,8 +120,8 @@ fn append(thinned: &mut PointCloud, cloud: &PointCloud, index: usize) {
         out.push(normals[index]);
     }
     match (&mut thinned.noise, &cloud.noise) {
-        (PointNoise::Deviations(out), PointNoise::Deviations(d)) => out.push(d[index]),
-        (PointNoise::Covariances(out), PointNoise::Covariances(c)) => out.push(c[index]),
+        (CloudNoise::Deviations(out), CloudNoise::Deviations(d)) => out.push(d[index]),
+        (CloudNoise::Covariances(out), CloudNoise::Covariances(c)) => out.push(c[index]),
         _ => {}
     }
 }
@@ -205,7 +205,7 @@ mod tests {
                 positions,
                 colours: vec![[0; 3]; 2],
                 normals: None,
-                noise: PointNoise::Covariances(covariances.clone()),
+                noise: CloudNoise::Covariances(covariances.clone()),
             };
             let thinned = thin(&cloud, 1.0).unwrap();
             let e = thinned.positions[0] - truth;
@@ -222,7 +222,7 @@ mod tests {
             positions: vec![at(0, 0.004), at(1, -0.003)],
             colours: vec![[0; 3]; 2],
             normals: None,
-            noise: PointNoise::Covariances(covariances),
+            noise: CloudNoise::Covariances(covariances),
         };
         let tight =
             thin(&PointCloud { positions: cloud.positions.iter().map(|p| p * 0.02).collect(), ..cloud.clone() }, 0.02);
@@ -233,7 +233,7 @@ mod tests {
     fn deviations_and_isotropic_covariances_agree() {
         let cloud = random_cloud(2000, 9);
         let deviations: Vec<f64> = (0..2000).map(|i| 0.001 * (1 + i % 7) as f64).collect();
-        let scalar = PointCloud { noise: PointNoise::Deviations(deviations), ..cloud };
+        let scalar = PointCloud { noise: CloudNoise::Deviations(deviations), ..cloud };
         let full = PointCloud { noise: scalar.noise.clone().into_covariances(), ..scalar.clone() };
         let (a, b) = (thin(&scalar, 0.3).unwrap(), thin(&full, 0.3).unwrap());
         for i in 0..a.len() {
@@ -256,7 +256,7 @@ mod tests {
         let twice = PointCloud { positions: vec![Vector3::x(); 9], colours: vec![[5; 3]; 9], ..Default::default() };
         assert_eq!(thin(&twice, 0.1).unwrap().positions, [Vector3::x()]);
         // No noise at all: the mean all the same.
-        let exact = PointCloud { noise: PointNoise::Covariances(vec![[0.0; 6]; 9]), ..twice };
+        let exact = PointCloud { noise: CloudNoise::Covariances(vec![[0.0; 6]; 9]), ..twice };
         assert_eq!(thin(&exact, 0.1).unwrap().positions, [Vector3::x()]);
     }
 
@@ -265,7 +265,7 @@ mod tests {
     fn measure_a_million() {
         let cloud = random_cloud(1_000_000, 2);
         let noisy = PointCloud {
-            noise: PointNoise::Covariances(vec![[1e-4, 0.0, 0.0, 1e-4, 0.0, 1e-4]; 1_000_000]),
+            noise: CloudNoise::Covariances(vec![[1e-4, 0.0, 0.0, 1e-4, 0.0, 1e-4]; 1_000_000]),
             ..cloud.clone()
         };
         for (name, cloud) in [("plain", &cloud), ("covariances", &noisy)] {

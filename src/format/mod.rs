@@ -29,7 +29,7 @@ pub use model::{read_cloud, read_mesh, write_cloud, write_mesh};
 pub use model_json::{CalibrationRecord, CameraRecord, read_camera, write_camera};
 pub use opencv_yaml::{OpenCvCamera, read_opencv_yaml, write_opencv_yaml};
 pub use pcd::{PcdData, read_pcd, write_pcd};
-pub use picture::{read_depth, read_picture, write_png};
+pub use picture::{read_depth, read_picture, write_depth, write_png};
 pub use ply::{read_ply, read_ply_mesh, write_ply, write_ply_mesh};
 pub use point_fields::CloudFile;
 pub use vrml::{read_vrml, write_vrml};

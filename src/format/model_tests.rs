@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::geometry::{Mesh, PointCloud, PointNoise, Texture};
+use crate::geometry::{CloudNoise, Mesh, PointCloud, Texture};
 use crate::image::{Image, PixelFormat};
 
 /// Numbers that floats hold exactly.
@@ -18,7 +18,7 @@ pub fn cloud() -> PointCloud {
         ],
         colours: vec![[255, 0, 7], [10, 20, 30], [0, 0, 0], [255, 255, 255], [1, 2, 3]],
         normals: Some(vec![Vector3::new(0.0, 0.0, -1.0); 5]),
-        noise: PointNoise::Covariances(vec![ray, ray, [0.5, 0.0, 0.0, 0.5, 0.0, 0.5], ray, ray]),
+        noise: CloudNoise::Covariances(vec![ray, ray, [0.5, 0.0, 0.0, 0.5, 0.0, 0.5], ray, ray]),
     }
 }
 

@@ -15,7 +15,7 @@ use super::lzf;
 use super::point_fields::{COVARIANCE, CloudFile, DEVIATION, FLOAT_RANGE, PointFields, finish};
 use super::scalar::{Encoding, Scalar};
 use crate::error::{Error, Result};
-use crate::geometry::{PointCloud, PointNoise};
+use crate::geometry::{CloudNoise, PointCloud};
 
 const MAX_HEADER: usize = 64 << 10;
 /// Bytes of points that are read or written at a time.
@@ -77,10 +77,10 @@ impl<'a> Writer<'a> {
             fields.extend(["normal_x", "normal_y", "normal_z"].map(|name| (name, Scalar::F32)));
         }
         fields.push(("rgb", Scalar::U32));
-        if cloud.noise != PointNoise::Unknown {
+        if cloud.noise != CloudNoise::Unknown {
             fields.push((DEVIATION, Scalar::F32));
         }
-        if matches!(cloud.noise, PointNoise::Covariances(_)) {
+        if matches!(cloud.noise, CloudNoise::Covariances(_)) {
             fields.extend(COVARIANCE.map(|name| (name, Scalar::F32)));
         }
         Self { cloud, fields }
@@ -101,7 +101,7 @@ impl<'a> Writer<'a> {
         let [r, g, b] = cloud.colours[index];
         numbers.push(u32::from_be_bytes([0, r, g, b]).into());
         numbers.extend(cloud.noise.deviation(index));
-        if let PointNoise::Covariances(c) = &cloud.noise {
+        if let CloudNoise::Covariances(c) = &cloud.noise {
             numbers.extend(c[index]);
         }
     }
@@ -381,7 +381,7 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read() {
-        let plain = PointCloud { normals: None, noise: PointNoise::Unknown, ..cloud() };
+        let plain = PointCloud { normals: None, noise: CloudNoise::Unknown, ..cloud() };
         let mut far = cloud();
         far.positions[0] = Vector3::new(487_523.123_456_7, 4_287_654.987_654_3, 102.1);
         for data in KINDS {

@@ -14,7 +14,7 @@ use super::point_fields::{COVARIANCE, CloudFile, DEVIATION, FLOAT_RANGE, PointFi
 use super::scalar::{Encoding, Scalar};
 use crate::error::{Error, Result};
 use crate::geometry::point_cloud::MAX_POINTS;
-use crate::geometry::{Mesh, PointCloud, PointNoise};
+use crate::geometry::{CloudNoise, Mesh, PointCloud};
 
 const MAX_HEADER: usize = 64 << 10;
 /// Bytes of records that are read at a time.
@@ -54,9 +54,9 @@ fn write_to(file: &mut dyn Write, cloud: &PointCloud, triangles: Option<&[[u32; 
     }
     properties("uchar", &["red", "green", "blue"]);
     match cloud.noise {
-        PointNoise::Unknown => {}
-        PointNoise::Deviations(_) => properties("float", &[DEVIATION]),
-        PointNoise::Covariances(_) => {
+        CloudNoise::Unknown => {}
+        CloudNoise::Deviations(_) => properties("float", &[DEVIATION]),
+        CloudNoise::Covariances(_) => {
             properties("float", &[DEVIATION]);
             properties("float", &COVARIANCE);
         }
@@ -86,7 +86,7 @@ fn write_to(file: &mut dyn Write, cloud: &PointCloud, triangles: Option<&[[u32; 
         if let Some(deviation) = cloud.noise.deviation(i) {
             float(&mut bytes, deviation);
         }
-        if let PointNoise::Covariances(c) = &cloud.noise {
+        if let CloudNoise::Covariances(c) = &cloud.noise {
             c[i].iter().for_each(|v| float(&mut bytes, *v));
         }
         full(&mut bytes, CHUNK)?;
@@ -426,7 +426,7 @@ mod tests {
 
     #[test]
     fn big_endian_is_read() {
-        let own = to_ply(&PointCloud { normals: None, noise: PointNoise::Unknown, ..cloud() }).unwrap();
+        let own = to_ply(&PointCloud { normals: None, noise: CloudNoise::Unknown, ..cloud() }).unwrap();
         let start = own.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
         let mut other = String::from_utf8(own[..start].to_vec()).unwrap().replace("little", "big").into_bytes();
         for record in own[start..].chunks(15) {
@@ -481,7 +481,7 @@ mod tests {
         let at = |i: usize| Vector3::new(i as f64 * 1e-3, (i % 1000) as f64 * 1e-2, 3.0);
         let cloud =
             PointCloud { positions: (0..n).map(at).collect(), colours: vec![[1, 2, 3]; n], ..Default::default() };
-        let covariances = PointNoise::Covariances(vec![[1e-4, 0.0, 0.0, 1e-4, 0.0, 1e-4]; n]);
+        let covariances = CloudNoise::Covariances(vec![[1e-4, 0.0, 0.0, 1e-4, 0.0, 1e-4]; n]);
         for cloud in [&cloud, &PointCloud { noise: covariances, ..cloud.clone() }] {
             for ending in ["ply", "pcd", "glb", "wrl"] {
                 let path = folder.path().join(format!("cloud.{ending}"));

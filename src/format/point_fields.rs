@@ -9,7 +9,7 @@ use super::file::Source;
 use super::scalar::Scalar;
 use crate::error::{Error, Result};
 use crate::geometry::point_cloud::MAX_POINTS;
-use crate::geometry::{PointCloud, PointNoise};
+use crate::geometry::{CloudNoise, PointCloud};
 
 pub(super) const DEVIATION: &str = "standard_deviation";
 pub(super) const COVARIANCE: [&str; 6] =
@@ -66,7 +66,9 @@ impl PointFields {
                     [Scalar::U16, Scalar::U16, Scalar::U16] => 257.0,
                     [Scalar::F32 | Scalar::F64, Scalar::F32 | Scalar::F64, Scalar::F32 | Scalar::F64] => 1.0 / 255.0,
                     other => {
-                        return Err(Error::Unsupported { what: format!("{}: colours of types {other:?}", source.name) });
+                        return Err(Error::Unsupported {
+                            what: format!("{}: colours of types {other:?}", source.name),
+                        });
                     }
                 };
                 Colour::Channels(channels, scale)
@@ -102,9 +104,9 @@ impl PointFields {
             colours: Vec::with_capacity(count),
             normals: self.normal.map(|_| Vec::with_capacity(count)),
             noise: match self.noise {
-                Noise::None => PointNoise::Unknown,
-                Noise::Deviation(_) => PointNoise::Deviations(Vec::with_capacity(count)),
-                Noise::Covariance(_) => PointNoise::Covariances(Vec::with_capacity(count)),
+                Noise::None => CloudNoise::Unknown,
+                Noise::Deviation(_) => CloudNoise::Deviations(Vec::with_capacity(count)),
+                Noise::Covariance(_) => CloudNoise::Covariances(Vec::with_capacity(count)),
             },
         };
         Ok(CloudFile { cloud, skipped: 0 })
@@ -133,8 +135,8 @@ impl PointFields {
             normals.push(if n.iter().all(|v| v.is_finite()) { n } else { Vector3::zeros() });
         }
         match (&mut cloud.noise, self.noise) {
-            (PointNoise::Deviations(list), Noise::Deviation(i)) => list.push(at(i)),
-            (PointNoise::Covariances(list), Noise::Covariance(c)) => list.push(c.map(&at)),
+            (CloudNoise::Deviations(list), Noise::Deviation(i)) => list.push(at(i)),
+            (CloudNoise::Covariances(list), Noise::Covariance(c)) => list.push(c.map(&at)),
             _ => {}
         }
     }

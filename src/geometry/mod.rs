@@ -24,7 +24,7 @@ pub use inverse_depth::InverseDepthPoint;
 pub use line::{Line3, MeasuredLine, Ray};
 pub use mesh::{Mesh, Texture};
 pub use plane::Plane;
-pub use point_cloud::{MAX_POINTS, PointCloud, PointNoise};
+pub use point_cloud::{CloudNoise, MAX_POINTS, PointCloud};
 pub use rig_model::RigModel;
 pub use rig_parameters::{RIG_PARAMETERS, RigParameter};
 pub use rigid::Rigid;

@@ -10,7 +10,7 @@ pub const MAX_POINTS: usize = 50_000_000;
 
 /// What is known of the points' noise.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub enum PointNoise {
+pub enum CloudNoise {
     #[default]
     Unknown,
     /// Metres: the root mean square distance of each point from its truth, which is the root of its
@@ -30,7 +30,7 @@ pub struct PointCloud {
     pub colours: Vec<[u8; 3]>,
     /// Unit vectors out of the surface, zero where there is none; one for each point.
     pub normals: Option<Vec<Vector3<f64>>>,
-    pub noise: PointNoise,
+    pub noise: CloudNoise,
 }
 
 /// The upper triangle of a symmetric matrix: xx, xy, xz, yy, yz, zz.
@@ -52,7 +52,7 @@ pub fn check_count(count: usize) -> Result<()> {
     Ok(())
 }
 
-impl PointNoise {
+impl CloudNoise {
     /// m^2; `None` where nothing is known, or there is no such point.
     pub fn covariance(&self, index: usize) -> Option<Matrix3<f64>> {
         match self {
@@ -62,7 +62,7 @@ impl PointNoise {
         }
     }
 
-    /// Metres, as for [`PointNoise::Deviations`].
+    /// Metres, as for [`CloudNoise::Deviations`].
     pub fn deviation(&self, index: usize) -> Option<f64> {
         match self {
             Self::Unknown => None,
@@ -160,9 +160,9 @@ impl PointCloud {
             colours: of(&self.colours, indices),
             normals: self.normals.as_ref().map(|n| of(n, indices)),
             noise: match &self.noise {
-                PointNoise::Unknown => PointNoise::Unknown,
-                PointNoise::Deviations(d) => PointNoise::Deviations(of(d, indices)),
-                PointNoise::Covariances(c) => PointNoise::Covariances(of(c, indices)),
+                CloudNoise::Unknown => CloudNoise::Unknown,
+                CloudNoise::Deviations(d) => CloudNoise::Deviations(of(d, indices)),
+                CloudNoise::Covariances(c) => CloudNoise::Covariances(of(c, indices)),
             },
         }
     }
@@ -186,7 +186,7 @@ mod tests {
             positions: vec![Vector3::new(1.0, 2.0, 3.0), Vector3::zeros()],
             colours: vec![[1, 2, 3]; 2],
             normals: None,
-            noise: PointNoise::Deviations(vec![0.3, 0.0]),
+            noise: CloudNoise::Deviations(vec![0.3, 0.0]),
         }
     }
 
@@ -196,23 +196,23 @@ mod tests {
         assert!((noise.covariance(0).unwrap().trace().sqrt() - 0.3).abs() < 1e-15);
         let packed = noise.clone().into_covariances();
         assert!((packed.deviation(0).unwrap() - noise.deviation(0).unwrap()).abs() < 1e-15);
-        assert_eq!((packed.deviation(2), PointNoise::Unknown.covariance(0)), (None, None));
+        assert_eq!((packed.deviation(2), CloudNoise::Unknown.covariance(0)), (None, None));
     }
 
     #[test]
     fn faults_are_named() {
         assert_eq!(cloud().validate(), Ok(()));
         let noise = |noise| PointCloud { noise, ..cloud() }.validate();
-        assert!(noise(PointNoise::Deviations(vec![0.1])).is_err());
-        assert!(noise(PointNoise::Deviations(vec![0.1, -0.1])).is_err());
-        let bad = noise(PointNoise::Deviations(vec![0.1, f64::NAN]));
+        assert!(noise(CloudNoise::Deviations(vec![0.1])).is_err());
+        assert!(noise(CloudNoise::Deviations(vec![0.1, -0.1])).is_err());
+        let bad = noise(CloudNoise::Deviations(vec![0.1, f64::NAN]));
         assert_eq!(bad, Err(Error::NotFinite { name: "noise", index: 1 }));
-        assert!(noise(PointNoise::Covariances(vec![[1.0, 0.0, 0.0, 1.0, 0.0, 1.0]; 2])).is_ok());
-        assert!(noise(PointNoise::Covariances(vec![[1.0, 1.1, 0.0, 1.0, 0.0, 1.0]; 2])).is_err());
-        assert!(noise(PointNoise::Covariances(vec![[-1.0, 0.0, 0.0, 1.0, 0.0, 1.0]; 2])).is_err());
+        assert!(noise(CloudNoise::Covariances(vec![[1.0, 0.0, 0.0, 1.0, 0.0, 1.0]; 2])).is_ok());
+        assert!(noise(CloudNoise::Covariances(vec![[1.0, 1.1, 0.0, 1.0, 0.0, 1.0]; 2])).is_err());
+        assert!(noise(CloudNoise::Covariances(vec![[-1.0, 0.0, 0.0, 1.0, 0.0, 1.0]; 2])).is_err());
         // Along a ray: singular, and good.
         let d = Vector3::new(0.3, -0.7, 2.0);
-        assert!(noise(PointNoise::Covariances(vec![pack(&(d * d.transpose() * 1e-9)); 2])).is_ok());
+        assert!(noise(CloudNoise::Covariances(vec![pack(&(d * d.transpose() * 1e-9)); 2])).is_ok());
         let normals = |n| PointCloud { normals: Some(n), ..cloud() }.validate();
         assert!(normals(vec![]).is_err() && normals(vec![Vector3::z(); 2]).is_ok());
         let nan = PointCloud { positions: vec![Vector3::zeros(), Vector3::repeat(f64::NAN)], ..cloud() };

@@ -5,7 +5,7 @@ use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use super::region::ScanRegion;
 use crate::adjust::{self, Adjustment};
 use crate::calibrate::{Calibration, Correspondences, Observation};
-use crate::cloud::{GridPoint, Mesh, PointCloud, PointNoise, RayGrid, SurfaceOptions, triangulate};
+use crate::cloud::{CloudNoise, GridPoint, Mesh, PointCloud, RayGrid, SurfaceOptions, triangulate};
 use crate::detect::spot::Spot;
 use crate::error::{Error, Result, Status};
 use crate::geometry::RigModel;
@@ -236,7 +236,7 @@ impl Scan {
             positions: points.iter().map(|p| p.position).collect(),
             colours: points.iter().map(|p| p.colour).collect(),
             normals: None,
-            noise: PointNoise::Covariances(points.iter().map(|p| pack(&p.covariance)).collect()),
+            noise: CloudNoise::Covariances(points.iter().map(|p| pack(&p.covariance)).collect()),
         }
     }
 

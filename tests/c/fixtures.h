@@ -43,6 +43,7 @@ static ptzcal_figure fixture_figure[1];
 static ptzcal_region fixture_region[1];
 static ptzcal_shot fixture_shot[1];
 static ptzcal_scan_summary fixture_scan_summary[1];
+static ptzcal_surface_options fixture_surface_options[1];
 
 static ptzcal_adjust_options fixture_adjust_options[1];
 static ptzcal_adjusted_summary fixture_adjusted_summary[1];
@@ -76,6 +77,8 @@ static ptzcal_angle_map *fixture_angle_map;
 static ptzcal_probe_report *fixture_probe_report;
 static ptzcal_scan_options *fixture_scan_options;
 static ptzcal_scan *fixture_scan;
+static ptzcal_cloud *fixture_cloud;
+static ptzcal_mesh *fixture_mesh;
 static ptzcal_adjustment *fixture_adjustment;
 static ptzcal_adjusted *fixture_adjusted;
 
@@ -88,6 +91,7 @@ static double fixture_uv[FIXTURE_POINTS * 2];
 static uint8_t fixture_flags[4 * PTZCAL_SIFT_DESCRIPTOR_SIZE];
 static size_t fixture_shots[4];
 static uint32_t fixture_cameras[4];
+static const uint32_t fixture_triangles[12] = {0, 1, 2, 0, 2, 3};
 
 /* Uniform in [-1, 1], the same on every machine. */
 static inline double fixture_random(uint32_t *state)
@@ -451,6 +455,10 @@ static inline void make_fixtures(void)
   CHECK_OK(ptzcal_scan_summary_init(fixture_scan_summary, sizeof *fixture_scan_summary));
   CHECK_OK(ptzcal_scan_options_new(&fixture_scan_options, NULL));
   CHECK_OK(ptzcal_rig_scan_region(fixture_rig, fixture_region, NULL, NULL, NULL, &fixture_scan, NULL));
+  CHECK_OK(ptzcal_surface_options_init(fixture_surface_options, sizeof *fixture_surface_options));
+  CHECK_OK(ptzcal_cloud_new(&fixture_cloud, NULL));
+  CHECK_OK(ptzcal_cloud_add_points(fixture_cloud, fixture_xyz, NULL, NULL, FIXTURE_POINTS, NULL));
+  CHECK_OK(ptzcal_mesh_new(fixture_cloud, fixture_triangles, 2, &fixture_mesh, NULL));
   {
     ptzcal_camera cameras[2];
     cameras[0] = cameras[1] = *fixture_camera;
@@ -466,6 +474,8 @@ static inline void free_fixtures(void)
 {
   ptzcal_adjusted_free(fixture_adjusted);
   ptzcal_adjustment_free(fixture_adjustment);
+  ptzcal_mesh_free(fixture_mesh);
+  ptzcal_cloud_free(fixture_cloud);
   ptzcal_scan_free(fixture_scan);
   ptzcal_scan_options_free(fixture_scan_options);
   CHECK_OK(ptzcal_rig_close(fixture_rig, NULL));

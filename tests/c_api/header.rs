@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 53] = [
+const TOPICS: [&str; 56] = [
     "version",
     "status",
     "error",
@@ -54,6 +54,9 @@ const TOPICS: [&str; 53] = [
     "rig",
     "scan_options",
     "scan",
+    "cloud",
+    "cloud_data",
+    "mesh",
     "adjustment",
     "adjustment_shots",
     "adjusted",

@@ -22,6 +22,7 @@ use ptzcal::capi::image::ptzcal_image;
 use ptzcal::capi::laser_line::ptzcal_laser_line;
 use ptzcal::capi::lines::ptzcal_line_options;
 use ptzcal::capi::lines_3d::{ptzcal_line_fit_options, ptzcal_line_match_options};
+use ptzcal::capi::mesh::ptzcal_surface_options;
 use ptzcal::capi::pose::ptzcal_pose;
 use ptzcal::capi::probe::{ptzcal_figure, ptzcal_probe_options};
 use ptzcal::capi::progress::ptzcal_progress;
@@ -91,6 +92,7 @@ fn rust() -> String {
     layout!(out, ptzcal_region: struct_size pan_steps tilt_steps reserved pan_min pan_max tilt_min tilt_max);
     layout!(out, ptzcal_scan_summary: struct_size complete positions shots resumed found fixed_cameras
         journal_damaged journal_cut);
+    layout!(out, ptzcal_surface_options: struct_size reserved max_incidence significance);
     layout!(out, ptzcal_adjusted_summary: struct_size iterations parameters stations cameras shots spots
         used warnings suspects prior_only degrees_of_freedom chi2 probability noise_factor condition);
     layout!(out, ptzcal_suspect: struct_size parameters gain probability);

@@ -1,7 +1,7 @@
 use super::*;
 use crate::cloud::{cloud_depth, mesh_depth};
 use crate::geometry::point_cloud::pack;
-use crate::geometry::{Mesh, PointCloud, PointNoise};
+use crate::geometry::{CloudNoise, Mesh, PointCloud};
 use nalgebra::Vector2;
 
 /// A triangle whose plane is n . x = 1, far larger than any view.
@@ -78,7 +78,7 @@ fn the_variance_is_that_of_noisy_copies() {
     let (sigma, mut covariances) = ([0.002, 0.004, 0.003], Vec::new());
     covariances.extend((0..3).map(|i| pack(&(positions[i] * positions[i].transpose() * f64::powi(sigma[i], 2)))));
     let mesh = |positions: Vec<Vector3<f64>>| {
-        let noise = PointNoise::Covariances(covariances.clone());
+        let noise = CloudNoise::Covariances(covariances.clone());
         let vertices = PointCloud { positions, colours: vec![[0; 3]; 3], normals: None, noise };
         Mesh { vertices, triangles: vec![[0, 1, 2]], textures: vec![] }
     };
@@ -111,7 +111,7 @@ fn points_fall_into_their_pixels_and_the_nearest_counts() {
         let positions = vec![ray.at(3.0), ray.at(2.0), behind, aside];
         let sigma = 0.01;
         let noise =
-            PointNoise::Covariances(vec![pack(&(ray.direction * ray.direction.transpose() * sigma * sigma)); 4]);
+            CloudNoise::Covariances(vec![pack(&(ray.direction * ray.direction.transpose() * sigma * sigma)); 4]);
         let cloud = PointCloud { colours: vec![[0; 3]; 4], positions, normals: None, noise };
         let view = cloud_depth(&cloud, &camera).unwrap();
         let wanted = camera.pose.apply(&ray.at(2.0)).z;

@@ -1,6 +1,6 @@
 use super::*;
 use crate::cloud::{SurfaceOptions, depth_grid, grid_cloud, triangulate};
-use crate::geometry::{Mesh, PointNoise};
+use crate::geometry::{CloudNoise, Mesh};
 use crate::image::{DepthMap, DepthNoise, Image, PixelFormat};
 
 /// Spread in range among a triangle's corners, relative.
@@ -178,5 +178,5 @@ fn what_does_not_fit_is_refused() {
     ] {
         assert!(triangulate(&grid, &options).is_err());
     }
-    assert_eq!(grid_cloud(&grid).noise, PointNoise::Covariances(vec![]));
+    assert_eq!(grid_cloud(&grid).noise, CloudNoise::Covariances(vec![]));
 }

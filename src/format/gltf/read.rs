@@ -16,7 +16,7 @@ use super::{
 use crate::error::{Error, Result};
 use crate::geometry::mesh::MAX_TEXTURES;
 use crate::geometry::point_cloud::{MAX_POINTS, pack, unpack};
-use crate::geometry::{Mesh, PointNoise, Texture};
+use crate::geometry::{CloudNoise, Mesh, Texture};
 
 const MAX_JSON: usize = 64 << 20;
 /// Memory that all pictures of a file may take, decoded.
@@ -443,9 +443,9 @@ impl<'a> Scene<'a> {
         // What only some primitives have is not known of the cloud.
         mesh.vertices.normals = (normals.len() == count && count > 0).then_some(normals);
         if noise.covariances.len() == count && count > 0 {
-            mesh.vertices.noise = PointNoise::Covariances(noise.covariances);
+            mesh.vertices.noise = CloudNoise::Covariances(noise.covariances);
         } else if noise.deviations.len() == count && count > 0 {
-            mesh.vertices.noise = PointNoise::Deviations(noise.deviations);
+            mesh.vertices.noise = CloudNoise::Deviations(noise.deviations);
         }
         mesh.textures.iter_mut().for_each(|t| t.places.resize(count, [0.0; 2]));
         mesh.validate().map_err(|e| file.wrong(e.to_string()))?;

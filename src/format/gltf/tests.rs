@@ -2,13 +2,13 @@ use super::super::model_tests::{cloud, mesh, same};
 use super::*;
 use crate::error::{Error, Status};
 use crate::fuzz::{Random, fuzz_inputs, mutated};
-use crate::geometry::{Mesh, PointCloud, PointNoise};
+use crate::geometry::{CloudNoise, Mesh, PointCloud};
 use nalgebra::Vector3;
 use serde_json::Value;
 
 #[test]
 fn what_is_written_is_read() {
-    for noise in [PointNoise::Unknown, PointNoise::Deviations(vec![0.5, 0.25, 0.0, 1.0, 2.0]), mesh().vertices.noise] {
+    for noise in [CloudNoise::Unknown, CloudNoise::Deviations(vec![0.5, 0.25, 0.0, 1.0, 2.0]), mesh().vertices.noise] {
         let mut mesh = mesh();
         mesh.vertices.noise = noise;
         same(&from_glb(&to_glb(&mesh).unwrap(), "mesh").unwrap(), &mesh, 1e-6);

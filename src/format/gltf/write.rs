@@ -14,7 +14,7 @@ use super::{
     UNSIGNED_SHORT, to_linear,
 };
 use crate::error::{Error, Result};
-use crate::geometry::{Mesh, PointCloud, PointNoise};
+use crate::geometry::{CloudNoise, Mesh, PointCloud};
 
 /// Targets of buffer views.
 const ARRAY: u64 = 34962;
@@ -188,10 +188,10 @@ fn primitives(mesh: &Mesh, centre: &Vector3<f64>, buffer: &mut Buffer, file: &mu
     } else if let Some(normals) = &cloud.normals {
         shared.insert("_NORMAL".into(), buffer.floats(normals.iter().map(float), false).into());
     }
-    if let PointNoise::Deviations(d) = &cloud.noise {
+    if let CloudNoise::Deviations(d) = &cloud.noise {
         shared.insert(DEVIATION.into(), buffer.floats(d.iter().map(|d| [*d as f32]), false).into());
     }
-    if let PointNoise::Covariances(c) = &cloud.noise {
+    if let CloudNoise::Covariances(c) = &cloud.noise {
         let [diagonal, rest] =
             [[0, 3, 5], [1, 2, 4]].map(|i| buffer.floats(c.iter().map(|c| i.map(|i| c[i] as f32)), false));
         shared.insert(DIAGONAL.into(), diagonal.into());

@@ -2,12 +2,12 @@ use super::super::model_tests::{cloud, mesh, same};
 use super::*;
 use crate::error::{Error, Status};
 use crate::fuzz::{Random, fuzz_inputs, mutated};
-use crate::geometry::{Mesh, PointCloud, PointNoise};
+use crate::geometry::{CloudNoise, Mesh, PointCloud};
 use nalgebra::Vector3;
 
 /// What VRML holds of it.
 fn bare(mesh: Mesh) -> Mesh {
-    Mesh { vertices: PointCloud { normals: None, noise: PointNoise::Unknown, ..mesh.vertices }, ..mesh }
+    Mesh { vertices: PointCloud { normals: None, noise: CloudNoise::Unknown, ..mesh.vertices }, ..mesh }
 }
 
 #[test]
@@ -54,7 +54,7 @@ fn lies_are_refused() {
     let bytes = to_vrml(&mesh()).unwrap();
     let text = String::from_utf8(bytes.clone()).unwrap();
     // Before the first node it is a file without any.
-    for length in (0..15).chain(text.find("Transform").unwrap() + 1..bytes.len() - 2) {
+    for length in (0..15).chain(text.find("Transform {").unwrap() + 1..bytes.len() - 2) {
         assert_eq!(from_vrml(&bytes[..length], "mesh").unwrap_err().status(), Status::FileFormat, "{length}");
     }
     let refused = |from: &str, to: &str| {
