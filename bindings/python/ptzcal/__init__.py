@@ -25,6 +25,7 @@ from .calibrate import (
 from .camera import Camera, DistortionModel
 from .cancel import Cancel
 from .chessboard import Chessboard, detect_chessboard
+from .cloud import Cloud, CloudNoise, Mesh
 from .detect import LaserColour, Spot, SpotOptions, detect_spot
 from .errors import (
     Cancelled,
@@ -92,6 +93,8 @@ __all__ = [
     "Chessboard",
     "ChessboardAmbiguous",
     "ChessboardNotFound",
+    "Cloud",
+    "CloudNoise",
     "CommonLine",
     "Correspondences",
     "DepthMap",
@@ -113,6 +116,7 @@ __all__ = [
     "LineMatches",
     "LineSegments",
     "LogLevel",
+    "Mesh",
     "Motion",
     "MoveEnd",
     "MoveEvent",

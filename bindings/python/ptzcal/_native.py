@@ -62,6 +62,7 @@ from ._structs import (
     ptzcal_sift_match_options,
     ptzcal_sift_options,
     ptzcal_spot,
+    ptzcal_surface_options,
     ptzcal_suspect,
     ptzcal_zoom_position,
 )
@@ -112,6 +113,7 @@ _sift_match_options = POINTER(ptzcal_sift_match_options)
 _sift_options = POINTER(ptzcal_sift_options)
 _spot = POINTER(ptzcal_spot)
 _summary = POINTER(ptzcal_calibration_summary)
+_surface_options = POINTER(ptzcal_surface_options)
 _adjust_options = POINTER(ptzcal_adjust_options)
 _adjusted_summary = POINTER(ptzcal_adjusted_summary)
 _suspect = POINTER(ptzcal_suspect)
@@ -165,6 +167,9 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_depth_map_read": (_status, c_char_p, c_double, _handle_out, _error_out),
     "ptzcal_depth_map_free": (None, _handle),
     "ptzcal_depth_map_size": (_status, _handle, _uint32_out, _uint32_out, _size_out, _error_out),
+    "ptzcal_depth_map_copy_metres": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_depth_map_copy_variances": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_depth_map_save": (_status, _handle, c_char_p, c_double, _error_out),
     "ptzcal_rgbd_options_init": (_status, _rgbd_options, c_size_t),
     "ptzcal_rgbd_view_init": (_status, _rgbd_view, c_size_t),
     "ptzcal_rgbd_new": (_status, _image, _rgbd_options, _handle_out, _error_out),
@@ -566,6 +571,44 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_roof_edges_add_plane_scan": (
         _status, _handle, _handle, _region, _uint32_out, _error_out,
     ),
+    # Clouds and meshes.
+    "ptzcal_cloud_new": (_status, _handle_out, _error_out),
+    "ptzcal_cloud_from_scan": (_status, _handle, _handle_out, _error_out),
+    "ptzcal_cloud_from_depth_map": (
+        _status, _handle, _camera, _image, c_double, c_double, _handle_out, _error_out,
+    ),
+    "ptzcal_cloud_free": (None, _handle),
+    "ptzcal_cloud_add_points": (_status, _handle, _array, _array, _array, c_size_t, _error_out),
+    "ptzcal_cloud_merge": (_status, _handle, _handle, _error_out),
+    "ptzcal_cloud_strip": (_status, _handle, _error_out),
+    "ptzcal_cloud_transform": (_status, _handle, _pose, _array, _error_out),
+    "ptzcal_cloud_crop": (_status, _handle, _array, _array, _error_out),
+    "ptzcal_cloud_thin": (_status, _handle, c_double, _error_out),
+    "ptzcal_cloud_size": (_status, _handle, _size_out, _uint32_out, _uint32_out, _error_out),
+    "ptzcal_cloud_copy_points": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_cloud_copy_colours": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_cloud_copy_normals": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_cloud_copy_deviations": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_cloud_copy_covariances": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_cloud_save": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_cloud_load": (_status, c_char_p, _handle_out, _size_out, _error_out),
+    "ptzcal_cloud_depth_map": (_status, _handle, _camera, _handle_out, _error_out),
+    "ptzcal_surface_options_init": (_status, _surface_options, c_size_t),
+    "ptzcal_mesh_new": (_status, _handle, _array, c_size_t, _handle_out, _error_out),
+    "ptzcal_mesh_from_scan": (_status, _handle, _surface_options, _handle_out, _error_out),
+    "ptzcal_mesh_from_depth_map": (
+        _status, _handle, _camera, _image, c_double, c_double, _surface_options, _handle_out,
+        _error_out,
+    ),
+    "ptzcal_mesh_free": (None, _handle),
+    "ptzcal_mesh_add_picture": (_status, _handle, _image, _camera, _error_out),
+    "ptzcal_mesh_texture": (_status, _handle, _size_out, _error_out),
+    "ptzcal_mesh_size": (_status, _handle, _size_out, _size_out, _size_out, _error_out),
+    "ptzcal_mesh_vertices": (_status, _handle, _handle_out, _error_out),
+    "ptzcal_mesh_copy_triangles": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_mesh_save": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_mesh_load": (_status, c_char_p, _handle_out, _error_out),
+    "ptzcal_mesh_depth_map": (_status, _handle, _camera, _handle_out, _error_out),
     # Joint adjustment.
     "ptzcal_adjustment_new": (_status, _model, _handle_out, _error_out),
     "ptzcal_adjustment_free": (None, _handle),

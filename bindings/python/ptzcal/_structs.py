@@ -428,6 +428,15 @@ class ptzcal_scan_summary(Structure):
     ]
 
 
+class ptzcal_surface_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("max_incidence", c_double),
+        ("significance", c_double),
+    ]
+
+
 class ptzcal_adjusted_summary(Structure):
     _fields_ = [
         ("struct_size", c_uint32),

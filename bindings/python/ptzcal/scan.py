@@ -311,7 +311,7 @@ class Scan(Handle):
         return points
 
     def save_ply(self, path: _native.Path) -> None:
-        """Writes the points as binary PLY, with their colours and standard deviations."""
+        """Writes the points as binary PLY, with their colours and covariances."""
         call(lib.ptzcal_scan_save_ply, self._pointer, _native.path(path))
 
     def __repr__(self) -> str:

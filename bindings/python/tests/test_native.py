@@ -137,6 +137,7 @@ class Declarations(TestCase):
             ptzcal.Focus: "PTZCAL_FOCUS_",
             ptzcal.head.Identity: "PTZCAL_IDENTITY_",
             ptzcal.ProbeFigure: "PTZCAL_PROBE_FIGURE_",
+            ptzcal.CloudNoise: "PTZCAL_CLOUD_NOISE_",
         }
         self.assertEqual(len(pairs), len(self.header.enums), "an enum has no Python counterpart")
         for enum, prefix in pairs.items():
