@@ -22,7 +22,7 @@ pub struct Picture<'a> {
 
 /// Covers a surface with pictures, instead of what covers it now. Each triangle gets the picture that
 /// shows its whole front, unhidden, with the most pixels; one that no picture shows keeps its vertices'
-/// colours. Pictures that no triangle takes are left out. Returns how many triangles are covered.
+/// colours. Of each picture the part that is needed stays, of one that no triangle takes nothing. Returns how many triangles are covered.
 ///
 /// A triangle's corners are where the lens images them; inside it the picture is stretched evenly,
 /// which leaves out what perspective and distortion bend within one triangle.
@@ -56,25 +56,42 @@ pub fn texture(mesh: &mut Mesh, pictures: &[Picture<'_>]) -> Result<usize> {
         if triangles.is_empty() {
             continue;
         }
-        let mut places = vec![[0f32; 2]; mesh.vertices.len()];
-        for vertex in triangles.iter().flat_map(|t| mesh.triangles[*t as usize]) {
-            if let Some(at) = picture.camera.project(&mesh.vertices.positions[vertex as usize]) {
-                places[vertex as usize] = [at.x as f32, at.y as f32];
-            }
-        }
-        mesh.textures.push(Texture { image: packed(&picture.image), places, triangles });
+        mesh.textures.push(cut_out(mesh, picture, triangles));
     }
     Ok(mesh.textures.iter().map(|t| t.triangles.len()).sum())
 }
 
-/// GRAY8 or RGB24.
-fn packed(view: &ImageView<'_>) -> Image {
-    if matches!(view.format(), PixelFormat::Gray8 | PixelFormat::Rgb24) {
-        return view.to_image();
+/// The part of a picture that the triangles need.
+fn cut_out(mesh: &Mesh, picture: &Picture<'_>, triangles: Vec<u32>) -> Texture {
+    let mut places = vec![[0f32; 2]; mesh.vertices.len()];
+    let (mut low, mut high) = (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY));
+    for vertex in triangles.iter().flat_map(|t| mesh.triangles[*t as usize]) {
+        if let Some(at) = picture.camera.project(&mesh.vertices.positions[vertex as usize]) {
+            places[vertex as usize] = [at.x as f32, at.y as f32];
+            low = low.inf(&at);
+            high = high.sup(&at);
+        }
     }
-    let (width, height) = (view.width(), view.height());
-    let pixels = (0..height).flat_map(|y| (0..width).flat_map(move |x| view.rgb(x, y)));
-    Image { format: PixelFormat::Rgb24, width, height, data: pixels.collect() }
+    // With the pixels around, between which a viewer interpolates.
+    let side = |low: f64, high: f64, size: u32| {
+        let first = ((low.floor() - 1.0).max(0.0) as u32).min(size - 1);
+        (first, ((high.ceil() + 2.0).max(0.0) as u32).clamp(first + 1, size))
+    };
+    let ((x0, x1), (y0, y1)) =
+        (side(low.x, high.x, picture.image.width()), side(low.y, high.y, picture.image.height()));
+    for place in &mut places {
+        *place = [place[0] - x0 as f32, place[1] - y0 as f32];
+    }
+    Texture { image: packed(&picture.image, [x0, x1], [y0, y1]), places, triangles }
+}
+
+/// A part of an image as GRAY8 or RGB24.
+fn packed(view: &ImageView<'_>, [x0, x1]: [u32; 2], [y0, y1]: [u32; 2]) -> Image {
+    let grey = view.format() == PixelFormat::Gray8;
+    let (format, channels) = if grey { (PixelFormat::Gray8, 1) } else { (PixelFormat::Rgb24, 3) };
+    let pixels = (y0..y1).flat_map(|y| (x0..x1).map(move |x| view.rgb(x, y)));
+    let data = pixels.flat_map(|rgb| rgb.into_iter().take(channels)).collect();
+    Image { format, width: x1 - x0, height: y1 - y0, data }
 }
 
 /// For each triangle how well a picture shows it: 0 for not, else 1 + its pixels.
