@@ -1,5 +1,6 @@
 """The tasks: ours, the peers as a competent user calls them, and whether the results are right."""
 
+import tempfile
 from dataclasses import dataclass
 from typing import Any, Callable, Iterator, Optional
 
@@ -13,6 +14,10 @@ try:
     import cv2
 except ImportError:
     cv2 = None
+try:
+    import open3d
+except ImportError:
+    open3d = None
 try:
     import scipy.linalg
     import scipy.optimize
@@ -743,6 +748,76 @@ def adjustments() -> Iterator[Task]:
         )
 
 
+# ---- clouds -------------------------------------------------------------------------------------
+
+
+def clouds() -> Iterator[Task]:
+    """A million coloured points: to a PLY file, from it, and thinned to voxels of 5 cm."""
+    n, voxel = 1_000_000, 0.05
+    rng = np.random.default_rng(5)
+    xyz = rng.uniform((-4, -1.5, 1), (4, 1.5, 9), (n, 3)).astype(np.float32).astype(float)
+    rgb = rng.integers(0, 256, (n, 3), np.uint8)
+    own = ptzcal.Cloud(xyz, rgb=rgb)
+    other = None
+    if open3d is not None:
+        other = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(xyz))
+        other.colors = open3d.utility.Vector3dVector(rgb / 255.0)
+    folder = tempfile.TemporaryDirectory()
+    own_path, other_path = f"{folder.name}/own.ply", f"{folder.name}/other.ply"
+    own.save(own_path)
+
+    def points(found):
+        return np.abs(np.asarray(found.points if hasattr(found, "points") else found.xyz) - xyz).max()
+
+    def write_other():
+        assert open3d.io.write_point_cloud(other_path, other)
+
+    yield Task(
+        "write a PLY cloud",
+        str(n),
+        "Open3D",
+        lambda: own.save(own_path),
+        _with(open3d, write_other),
+        lambda _: points(ptzcal.Cloud.load(own_path)),
+        lambda _: points(open3d.io.read_point_cloud(other_path)),
+        "m",
+        1e-6,
+    )
+    yield Task(
+        "read a PLY cloud",
+        str(n),
+        "Open3D",
+        lambda: ptzcal.Cloud.load(own_path),
+        # Not while `folder` is gone.
+        _with(open3d, lambda folder=folder: open3d.io.read_point_cloud(own_path)),
+        points,
+        points,
+        "m",
+        1e-6,
+    )
+
+    # Every voxel's mean, and how many there are; Open3D's grid begins half a voxel before the least.
+    voxels = len(np.unique(np.floor(xyz / voxel).astype(np.int64) @ (1, 1 << 20, 1 << 40)))
+
+    def ours_thin():
+        cloud = ptzcal.Cloud()
+        cloud.merge(own)
+        cloud.thin(voxel)
+        return cloud
+
+    yield Task(
+        "thin a cloud to 5 cm",
+        str(n),
+        "Open3D voxel_down_sample",
+        ours_thin,
+        _with(open3d, lambda: other.voxel_down_sample(voxel)),
+        lambda found: abs(len(found) / voxels - 1),
+        lambda found: abs(len(found.points) / voxels - 1),
+        "of the voxels",
+        0.02,
+    )
+
+
 GROUPS = (
     spots,
     spot_centres,
@@ -755,4 +830,5 @@ GROUPS = (
     adjustments,
     aiming,
     calls,
+    clouds,
 )

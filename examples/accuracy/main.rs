@@ -18,6 +18,7 @@ mod lens;
 mod lines;
 #[path = "../../tests/support/meva.rs"]
 mod meva;
+mod model;
 mod outliers;
 mod real;
 mod settle;
@@ -73,6 +74,9 @@ fn main() -> std::io::Result<()> {
     }
     if wanted("lines") {
         lines::run(scale(500), &mut report);
+    }
+    if wanted("model") {
+        model::run(scale(400), &mut report);
     }
     if wanted("lens") {
         lens::run(scale(400), &mut report);
