@@ -64,7 +64,9 @@ impl Exposures {
         let since = rig.clock.now();
         // The last frame of settling will do as the first, unless it may show the end of the head's swing.
         let last = &mut rig.pictures[1];
-        let have_first = rig.options.settle.picture_timeout > 0.0 && !(last.timestamp < rig.rested);
+        // One without a time is as new as it gets.
+        let too_early = last.timestamp < rig.rested;
+        let have_first = rig.options.settle.picture_timeout > 0.0 && !too_early;
         if have_first {
             std::mem::swap(&mut self.off[0][0], last);
         }

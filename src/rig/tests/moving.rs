@@ -132,6 +132,15 @@ fn angles_are_checked_before_anything_moves() {
 }
 
 #[test]
+fn a_head_without_known_angles_is_refused_with_the_laser_off() {
+    let fake = Fake::with(Habits { raw_units: true, ..Habits::default() });
+    fake.world().laser_lit = true;
+    let error = Rig::open(fake.parts(), RigOptions::default()).err().unwrap();
+    assert!(matches!(&error, Error::Unsupported { what } if what.contains("angle map")), "{error}");
+    assert!(!fake.world().laser_lit);
+}
+
+#[test]
 fn the_laser_is_off_before_the_head_moves_and_after_it_is_closed() {
     let fake = Fake::new();
     let mut rig = fake.rig();
