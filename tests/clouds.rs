@@ -75,7 +75,7 @@ for name in scene.graph.nodes_geometry:
     found += len(part.faces)
     distance = np.abs(at[:, None, :] - up[None, ::37, :]).max(axis=2).min(axis=0)
     assert distance.max() < 1e-5, distance.max()
-    if part.visual.kind == "texture":
+    if part.visual.uv is not None:
         picture = np.asarray(part.visual.material.baseColorTexture)
         middle = part.visual.uv[part.faces].mean(axis=1)      # trimesh's v is up from the bottom
         column = middle[:, 0] * picture.shape[1] - 0.5
@@ -87,8 +87,7 @@ for name in scene.graph.nodes_geometry:
         assert np.abs(seen[:, 0] - u).max() < 9 and np.abs(seen[:, 1] - v).max() < 9, (np.abs(seen[:, 0] - u).max(), np.abs(seen[:, 1] - v).max())
         textured += len(part.faces)
     else:
-        linear = np.asarray(part.visual.vertex_attributes["color"] if "color" in part.visual.vertex_attributes else part.visual.vertex_colors)[:, :3].astype(float)
-        linear /= 65535.0 if linear.max() > 255 else 255.0
+        linear = np.asarray(part.visual.vertex_attributes["color"])[:, :3] / 65535.0
         srgb = 255 * np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 1e-9) ** (1 / 2.4) - 0.055)
         nearest = np.abs(at[:, None, :] - up[None]).sum(axis=2).argmin(axis=1)
         assert np.abs(srgb - rgb[nearest])[linear.min(axis=1) > 0.05].max() < 4
@@ -141,7 +140,7 @@ fn real_scans_are_read_and_written() {
     for data in [PcdData::Text, PcdData::Binary, PcdData::Compressed] {
         let path = own.path().join("scan.pcd");
         write_pcd(&path, &scans[0].cloud, data).unwrap();
-        assert_eq!(read_pcd(&path).unwrap().cloud, scans[0].cloud, "{data:?}");
+        assert!(read_pcd(&path).unwrap().cloud == scans[0].cloud, "{data:?}");
     }
     let compressed = std::fs::metadata(own.path().join("scan.pcd")).unwrap().len();
     // The colours are one; the coordinates shrink as with PCL, to a half.
@@ -151,7 +150,7 @@ fn real_scans_are_read_and_written() {
     let thinned = thin(&scans[0].cloud, 0.1).unwrap();
     assert!(thinned.len() > 5000 && thinned.len() < 60_000, "{}", thinned.len());
     // Thinning twice changes little: every voxel has its point.
-    assert_eq!(thin(&thinned, 0.1).unwrap(), thinned);
+    assert!(thin(&thinned, 0.1).unwrap() == thinned);
 }
 
 /// A cloud beside the one it was moved from, for the pose's covariance on real coordinates.

@@ -85,15 +85,15 @@ impl<'a> Source<'a> {
     }
 
     /// The bytes before the next one that `end` takes, which is passed over too; at most `limit` of them.
-    /// `None` at the file's end.
-    pub fn until(&mut self, end: impl Fn(u8) -> bool, limit: usize) -> Result<Option<Vec<u8>>> {
+    /// And whether there was one before the file's end.
+    fn until(&mut self, end: impl Fn(u8) -> bool, limit: usize) -> Result<(Vec<u8>, bool)> {
         let mut found = Vec::new();
         loop {
             let failed = |e: &std::io::Error| Error::FileIo { path: self.name.clone(), reason: e.to_string() };
             let buffer = self.reader.fill_buf().map_err(|e| failed(&e))?;
             if buffer.is_empty() {
                 self.left = 0;
-                return Ok((!found.is_empty()).then_some(found));
+                return Ok((found, false));
             }
             let stop = buffer.iter().position(|b| end(*b));
             let taken = stop.unwrap_or(buffer.len());
@@ -105,14 +105,17 @@ impl<'a> Source<'a> {
             self.reader.consume(passed);
             self.left = self.left.saturating_sub(passed as u64);
             if stop.is_some() {
-                return Ok(Some(found));
+                return Ok((found, true));
             }
         }
     }
 
-    /// The next line as text without its end; `None` at the file's end.
+    /// The next line as text without its end; `None` where the file ends before the line.
     pub fn line(&mut self, limit: usize) -> Result<Option<String>> {
-        let Some(mut line) = self.until(|b| b == b'\n', limit)? else { return Ok(None) };
+        let (mut line, ended) = self.until(|b| b == b'\n', limit)?;
+        if !ended {
+            return Ok(None);
+        }
         if line.last() == Some(&b'\r') {
             line.pop();
         }
@@ -123,9 +126,9 @@ impl<'a> Source<'a> {
     pub fn word(&mut self) -> Result<Option<Vec<u8>>> {
         const LONGEST_NUMBER: usize = 1 << 10;
         loop {
-            match self.until(|b| b.is_ascii_whitespace(), LONGEST_NUMBER)? {
-                Some(word) if word.is_empty() => {}
-                other => return Ok(other),
+            let (word, ended) = self.until(|b| b.is_ascii_whitespace(), LONGEST_NUMBER)?;
+            if !word.is_empty() || !ended {
+                return Ok((!word.is_empty()).then_some(word));
             }
         }
     }

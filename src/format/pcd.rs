@@ -403,7 +403,10 @@ mod tests {
         let found = from_pcd(TEXT.as_bytes(), "text").unwrap();
         assert_eq!((found.cloud.len(), found.skipped), (3, 1));
         // 4210800 = 2^22 (1 + 0x80E0 / 2^23) as a float has the bits 0x4A8080E0.
-        assert_eq!((found.cloud.positions[0], found.cloud.colours[0]), (Vector3::new(0.3, 0.2, 0.1), [128, 128, 224]));
+        assert_eq!(
+            (found.cloud.positions[0], found.cloud.colours[0]),
+            (Vector3::new(0.3f32, 0.2, 0.1).cast(), [128, 128, 224])
+        );
     }
 
     #[test]

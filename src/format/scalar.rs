@@ -72,7 +72,11 @@ impl Encoding {
     pub fn next(self, scalar: Scalar, source: &mut Source<'_>) -> Result<f64> {
         if self == Self::Text {
             let word = source.word()?.ok_or_else(|| source.wrong("cut short"))?;
-            let number = std::str::from_utf8(&word).ok().and_then(|w| w.parse().ok());
+            let number = std::str::from_utf8(&word).ok().and_then(|w| match scalar {
+                // The float that was written.
+                Scalar::F32 => w.parse::<f32>().ok().map(f64::from),
+                _ => w.parse().ok(),
+            });
             return number.ok_or_else(|| {
                 source.wrong(format!("'{}' is no number", String::from_utf8_lossy(&word).escape_debug()))
             });
