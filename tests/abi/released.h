@@ -819,8 +819,9 @@ ptzcal_status ptzcal_picture_draw_matches(ptzcal_picture *picture,
 /* ================================================================================================
  * Depth maps
  *
- * For every pixel of a camera the depth along its optical axis, as depth cameras give it, registered
- * to their colour image. The map is a copy: the caller's memory is free after the call.
+ * For every pixel of a camera the depth along its optical axis: as depth cameras give it, registered
+ * to their colour image, or as a cloud or mesh has it (ptzcal_cloud_depth_map, ptzcal_mesh_depth_map).
+ * The map is a copy: the caller's memory is free after the call.
  * ============================================================================================= */
 
 /** Depths of an image's pixels. Immutable: any number of threads may read it. */
@@ -917,6 +918,64 @@ ptzcal_status ptzcal_depth_map_size(const ptzcal_depth_map *map,
                                     uint32_t *width,
                                     uint32_t *height,
                                     size_t *known,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the depths: width x height numbers, row by row, metres; 0 where there is none.
+ *
+ * @param map      The map.
+ * @param buffer   Receives the numbers; may be NULL when `capacity` is 0.
+ * @param capacity Numbers that fit into `buffer`.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_depth_map_copy_metres(const ptzcal_depth_map *map,
+                                           float *buffer,
+                                           size_t capacity,
+                                           size_t *needed,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the variances of a map that was made of a cloud or mesh: width x height numbers, row by row,
+ * m^2; 0 where there is no depth.
+ *
+ * @param map      The map.
+ * @param buffer   Receives the numbers; may be NULL when `capacity` is 0.
+ * @param capacity Numbers that fit into `buffer`.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BAD_STATE where the noise is
+ *         unknown.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_depth_map_copy_variances(const ptzcal_depth_map *map,
+                                              float *buffer,
+                                              size_t capacity,
+                                              size_t *needed,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes a depth map as a PNG with one channel of 16 bits; 0 is no depth.
+ *
+ * @param map    The map.
+ * @param path   The file.
+ * @param metres Metres per unit: 0.001 for millimetres, up to 65.535 m.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for units in which a depth is none, or too
+ *         large; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_DISK_FULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_depth_map_save(const ptzcal_depth_map *map,
+                                    const char *path,
+                                    double metres,
                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
@@ -6991,6 +7050,641 @@ ptzcal_status ptzcal_roof_edges_add_plane_scan(ptzcal_roof_edges *edges,
                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+ * Clouds
+ *
+ * Coloured points of the world, with what is known of their noise: from a scan, from a depth map, from
+ * a file, or added one list after the other. Clouds of several stations are moved into one frame and
+ * merged; clouds that are too fine are thinned. At most 50,000,000 points.
+ * ============================================================================================= */
+
+/** What is known of the noise of a cloud's points. */
+enum {
+  PTZCAL_CLOUD_NOISE_UNKNOWN = 0,
+  /** The root mean square distance of each point from its truth. */
+  PTZCAL_CLOUD_NOISE_DEVIATIONS = 1,
+  /** The covariance of each point. */
+  PTZCAL_CLOUD_NOISE_COVARIANCES = 2,
+};
+typedef uint32_t ptzcal_cloud_noise;
+
+/** Points of the world. */
+typedef struct ptzcal_cloud ptzcal_cloud;
+
+/**
+ * Makes a cloud without points.
+ *
+ * @param cloud Receives the cloud; free it with ptzcal_cloud_free.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_new(ptzcal_cloud **cloud, ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The points that a scan measured with its head camera, with colours and covariances, which are those
+ * of the spots' noise: rank one, along the laser's line.
+ *
+ * @param scan  The scan.
+ * @param cloud Receives the cloud; free it with ptzcal_cloud_free.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_from_scan(const ptzcal_scan *scan,
+                                     ptzcal_cloud **cloud,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The points of a depth map's pixels, in the world of its camera's pose, with covariances.
+ *
+ * @param map                 The map.
+ * @param camera              Its camera, of the same size.
+ * @param image               The camera's picture, of the same size, for the colours; may be NULL: white.
+ * @param inverse_depth_sigma Standard deviation of inverse depths, 1/m: for cameras that triangulate.
+ *                            0.001425 is a Kinect's of the first kind.
+ * @param depth_sigma         Standard deviation of depths besides, metres: for times of flight. Not
+ *                            both are 0.
+ * @param cloud               Receives the cloud; free it with ptzcal_cloud_free.
+ * @param error               Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for sizes that differ;
+ *         PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_BUFFER_TOO_SMALL for the image.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_from_depth_map(const ptzcal_depth_map *map,
+                                          const ptzcal_camera *camera,
+                                          const ptzcal_image *image,
+                                          double inverse_depth_sigma,
+                                          double depth_sigma,
+                                          ptzcal_cloud **cloud,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a cloud.
+ *
+ * @param cloud The cloud; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_cloud_free(ptzcal_cloud *cloud) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds points: all of them, or none.
+ *
+ * @param cloud       The cloud.
+ * @param xyz         n x 3 numbers: x, y, z, metres.
+ * @param rgb         n x 3 bytes: red, green, blue; may be NULL: white.
+ * @param covariances n x 6 numbers: xx, xy, xz, yy, yz, zz, m^2; may be NULL: unknown.
+ * @param n           Number of points.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE, with the index of the point;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a covariance that is none, for covariances where the
+ *         cloud's other points have none or the other way round, and for too many points;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_add_points(ptzcal_cloud *cloud,
+                                      const double *xyz,
+                                      const uint8_t *rgb,
+                                      const double *covariances,
+                                      size_t n,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds another cloud's points: all of them, or none. Deviations become covariances where the other
+ * cloud has those.
+ *
+ * @param cloud The cloud.
+ * @param other Another cloud.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT when only one of the two knows its noise or
+ *         has normals, which would be lost, and for too many points; PTZCAL_STATUS_BUSY, also for a
+ *         cloud merged with itself.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_merge(ptzcal_cloud *cloud,
+                                 const ptzcal_cloud *other,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Forgets what is known of the noise and the normals, so that the cloud can be merged with one that
+ * does not know them.
+ *
+ * @param cloud The cloud.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_strip(ptzcal_cloud *cloud, ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Moves a cloud: X <- R X + t, with its normals and covariances.
+ *
+ * @param cloud      The cloud.
+ * @param pose       R and t; of station b in station a's frame it takes a cloud of b into a's frame.
+ * @param covariance 36 numbers: the pose's covariance as ptzcal_pose_estimate_copy_covariance gives it,
+ *                   of the rotation vector in R <- exp([w]x) R (radians), then of t (metres). What the
+ *                   pose's error does to each point is added to its covariance; may be NULL: none.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT for what is no
+ *         rotation or no covariance; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_transform(ptzcal_cloud *cloud,
+                                     const ptzcal_pose *pose,
+                                     const double *covariance,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Keeps the points inside a box, its faces included.
+ *
+ * @param cloud    The cloud.
+ * @param least    3 numbers: least x, y, z, metres.
+ * @param greatest 3 numbers: greatest x, y, z, metres.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT for a least
+ *         coordinate above the greatest; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_crop(ptzcal_cloud *cloud,
+                                const double *least,
+                                const double *greatest,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Thins a cloud out: the points in each cube of a grid through the origin become one, the mean weighted
+ * by what is known of their noise, with the mean of their colours and the covariance of the mean.
+ *
+ * @param cloud The cloud.
+ * @param voxel Side of the cubes, metres.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT for a size that is
+ *         not positive, or so small that the cloud has more than 2^21 cubes along a side;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_thin(ptzcal_cloud *cloud,
+                                double voxel,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * How many points a cloud has, and what is known of them.
+ *
+ * @param cloud   The cloud.
+ * @param points  Receives the number of points; may be NULL.
+ * @param noise   Receives a ptzcal_cloud_noise; may be NULL.
+ * @param normals Receives 1 where there are normals, else 0; may be NULL.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_size(const ptzcal_cloud *cloud,
+                                size_t *points,
+                                uint32_t *noise,
+                                uint32_t *normals,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * What is in a cloud
+ *
+ * Its numbers, its files, and what a camera sees of it.
+ * ============================================================================================= */
+
+/**
+ * Copies the points: n x 3 numbers, x, y, z, metres.
+ *
+ * @param cloud    The cloud.
+ * @param buffer   Receives the numbers; may be NULL when `capacity` is 0.
+ * @param capacity Numbers that fit into `buffer`.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_copy_points(const ptzcal_cloud *cloud,
+                                       double *buffer,
+                                       size_t capacity,
+                                       size_t *needed,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the colours: n x 3 bytes, red, green, blue.
+ *
+ * @param cloud    The cloud.
+ * @param buffer   Receives the bytes; may be NULL when `capacity` is 0.
+ * @param capacity Bytes that fit into `buffer`.
+ * @param needed   Receives how many bytes there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_copy_colours(const ptzcal_cloud *cloud,
+                                        uint8_t *buffer,
+                                        size_t capacity,
+                                        size_t *needed,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the normals: n x 3 numbers, unit vectors out of the surface, zeros where there is none.
+ *
+ * @param cloud    The cloud.
+ * @param buffer   Receives the numbers; may be NULL when `capacity` is 0.
+ * @param capacity Numbers that fit into `buffer`.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BAD_STATE for a cloud without
+ *         normals; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_copy_normals(const ptzcal_cloud *cloud,
+                                        double *buffer,
+                                        size_t capacity,
+                                        size_t *needed,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the standard deviations: n numbers, metres, the root mean square distance of each point from
+ * its truth, which is the root of its covariance's trace.
+ *
+ * @param cloud    The cloud.
+ * @param buffer   Receives the numbers; may be NULL when `capacity` is 0.
+ * @param capacity Numbers that fit into `buffer`.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BAD_STATE where the noise is
+ *         unknown; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_copy_deviations(const ptzcal_cloud *cloud,
+                                           double *buffer,
+                                           size_t capacity,
+                                           size_t *needed,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the covariances: n x 6 numbers, xx, xy, xz, yy, yz, zz, m^2.
+ *
+ * @param cloud    The cloud.
+ * @param buffer   Receives the numbers; may be NULL when `capacity` is 0.
+ * @param capacity Numbers that fit into `buffer`.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BAD_STATE where they are
+ *         unknown; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_copy_covariances(const ptzcal_cloud *cloud,
+                                            double *buffer,
+                                            size_t capacity,
+                                            size_t *needed,
+                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes a cloud, in the format that the file's ending names: .ply, .pcd (both binary, with normals and
+ * noise), .glb (glTF 2.0, with normals and noise) or .wrl (VRML97).
+ *
+ * @param cloud The cloud.
+ * @param path  The file.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNSUPPORTED for another ending; PTZCAL_STATUS_FILE_IO;
+ *         PTZCAL_STATUS_DISK_FULL; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_save(const ptzcal_cloud *cloud,
+                                const char *path,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Reads a cloud: .ply, .pcd, .glb or .wrl, ours or another's; of a mesh its vertices.
+ *
+ * @param path    The file.
+ * @param cloud   Receives the cloud; free it with ptzcal_cloud_free.
+ * @param skipped Receives how many points were left out because a coordinate is NaN or infinite, as
+ *                depth cameras mark what they did not measure; may be NULL.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNSUPPORTED for another ending, and for more than 50,000,000
+ *         points; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_FILE_FORMAT; PTZCAL_STATUS_FILE_VERSION.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_load(const char *path,
+                                ptzcal_cloud **cloud,
+                                size_t *skipped,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Depths of the points in a camera's image, lens distortion included: the nearest one in each pixel,
+ * with its variance where the noise is known. Between the points there is no depth; a surface
+ * (ptzcal_mesh_depth_map) has no gaps.
+ *
+ * @param cloud  The cloud.
+ * @param camera The camera, of at most 2^25 pixels.
+ * @param map    Receives the map; free it with ptzcal_depth_map_free.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_depth_map(const ptzcal_cloud *cloud,
+                                     const ptzcal_camera *camera,
+                                     ptzcal_depth_map **map,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Meshes
+ *
+ * A textured surface, the 3D model of a scene: triangulated from a scan's grid of positions or from a
+ * depth map, covered with pictures of calibrated cameras, and written as glTF or VRML.
+ * ============================================================================================= */
+
+/** Triangles between points, with pictures on them. */
+typedef struct ptzcal_mesh ptzcal_mesh;
+
+/**
+ * When neighbours of a grid are one surface. Neighbours are not joined where the depth jumps: where an
+ * edge is steeper than max_incidence by more than the noise of its ends, and where neither the surface
+ * before it nor the one behind it, extended, explains it.
+ */
+typedef struct ptzcal_surface_options {
+  /** Set by ptzcal_surface_options_init. */
+  uint32_t struct_size;
+  /** 0. */
+  uint32_t reserved;
+  /**
+   * Angle between ray and normal, radians, up to which a surface needs no support from its
+   * neighbours: above 0 and below pi / 2.
+   */
+  double max_incidence;
+  /** Standard deviations beyond which a difference is not noise. */
+  double significance;
+} ptzcal_surface_options;
+
+/**
+ * Sets up options with their defaults.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_surface_options_init(ptzcal_surface_options *options,
+                                          size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes a mesh of given triangles.
+ *
+ * @param vertices  The points; the mesh has a copy.
+ * @param triangles n x 3 numbers of points, counter-clockwise for who sees the front.
+ * @param n         Number of triangles.
+ * @param mesh      Receives the mesh; free it with ptzcal_mesh_free.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a number that is no point's;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_new(const ptzcal_cloud *vertices,
+                              const uint32_t *triangles,
+                              size_t n,
+                              ptzcal_mesh **mesh,
+                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The surface through the points of a scan, on the grid of its region, with colours, normals and
+ * covariances. Shots without a point are holes; the front is where the rig stood.
+ *
+ * @param scan    The scan.
+ * @param options The options; may be NULL: the defaults.
+ * @param mesh    Receives the mesh; free it with ptzcal_mesh_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_from_scan(const ptzcal_scan *scan,
+                                    const ptzcal_surface_options *options,
+                                    ptzcal_mesh **mesh,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The surface that a depth map shows, in the world of its camera's pose.
+ *
+ * @param map                 The map.
+ * @param camera              Its camera, of the same size.
+ * @param image               The camera's picture, of the same size, for the colours; may be NULL: white.
+ * @param inverse_depth_sigma Standard deviation of inverse depths, 1/m.
+ * @param depth_sigma         Standard deviation of depths besides, metres. Not both are 0.
+ * @param options             The options; may be NULL: the defaults.
+ * @param mesh                Receives the mesh; free it with ptzcal_mesh_free.
+ * @param error               Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for sizes that differ;
+ *         PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_BUFFER_TOO_SMALL for the image.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_from_depth_map(const ptzcal_depth_map *map,
+                                         const ptzcal_camera *camera,
+                                         const ptzcal_image *image,
+                                         double inverse_depth_sigma,
+                                         double depth_sigma,
+                                         const ptzcal_surface_options *options,
+                                         ptzcal_mesh **mesh,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a mesh.
+ *
+ * @param mesh The mesh; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_mesh_free(ptzcal_mesh *mesh) PTZCAL_NOEXCEPT;
+
+/**
+ * Gives a mesh a picture for its textures; ptzcal_mesh_texture puts it on.
+ *
+ * @param mesh   The mesh.
+ * @param image  The picture; the mesh has a copy.
+ * @param camera Where it was taken from: a camera of the picture's size.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a malformed image, sizes that differ, and
+ *         more than 256 pictures; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_BUFFER_TOO_SMALL;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_add_picture(ptzcal_mesh *mesh,
+                                      const ptzcal_image *image,
+                                      const ptzcal_camera *camera,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Covers a mesh with the pictures added to it: each triangle gets the picture that shows its whole
+ * front, unhidden, with the most pixels. Triangles that no picture shows keep their points' colours.
+ *
+ * @param mesh    The mesh.
+ * @param covered Receives the number of triangles with a picture; may be NULL.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a camera of more than 2^25 pixels;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_texture(ptzcal_mesh *mesh,
+                                  size_t *covered,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * How large a mesh is.
+ *
+ * @param mesh      The mesh.
+ * @param vertices  Receives the number of points; may be NULL.
+ * @param triangles Receives the number of triangles; may be NULL.
+ * @param textures  Receives the number of pictures on it; may be NULL.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_size(const ptzcal_mesh *mesh,
+                               size_t *vertices,
+                               size_t *triangles,
+                               size_t *textures,
+                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * A copy of a mesh's points, with their colours, normals and noise.
+ *
+ * @param mesh  The mesh.
+ * @param cloud Receives the cloud; free it with ptzcal_cloud_free.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_vertices(const ptzcal_mesh *mesh,
+                                   ptzcal_cloud **cloud,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the triangles: n x 3 numbers of points, counter-clockwise for who sees the front.
+ *
+ * @param mesh     The mesh.
+ * @param buffer   Receives the numbers; may be NULL when `capacity` is 0.
+ * @param capacity Numbers that fit into `buffer`.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_copy_triangles(const ptzcal_mesh *mesh,
+                                         uint32_t *buffer,
+                                         size_t capacity,
+                                         size_t *needed,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes a mesh, in the format that the file's ending names: .glb (glTF 2.0, with everything), .wrl
+ * (VRML97, with its pictures, without normals and noise) or .ply (without its pictures).
+ *
+ * @param mesh  The mesh.
+ * @param path  The file.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNSUPPORTED for another ending; PTZCAL_STATUS_FILE_IO;
+ *         PTZCAL_STATUS_DISK_FULL; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_save(const ptzcal_mesh *mesh,
+                               const char *path,
+                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Reads a mesh: .glb, .wrl or .ply, ours or another's.
+ *
+ * @param path  The file.
+ * @param mesh  Receives the mesh; free it with ptzcal_mesh_free.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNSUPPORTED for another ending, for what such a file may have
+ *         and this library does not read, and for more than 50,000,000 points or triangles;
+ *         PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_FILE_FORMAT; PTZCAL_STATUS_FILE_VERSION.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_load(const char *path,
+                               ptzcal_mesh **mesh,
+                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Depths of a surface in a camera's image, exact at the centre of every pixel whatever the lens; both
+ * sides of the surface are seen. Where there is no surface there is no depth. The variances are those
+ * of the triangles' planes, from the noise of the points.
+ *
+ * @param mesh   The mesh.
+ * @param camera The camera, of at most 2^25 pixels.
+ * @param map    Receives the map; free it with ptzcal_depth_map_free.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_depth_map(const ptzcal_mesh *mesh,
+                                    const ptzcal_camera *camera,
+                                    ptzcal_depth_map **map,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
  * Joint adjustment: what is known
  *
  * A survey of one rig, from one or several stations, with all fixed cameras that watched it, to be
@@ -7832,7 +8526,8 @@ ptzcal_status ptzcal_camera_load_opencv(const char *path,
                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
- * Writes the measured points of a scan as binary PLY, with their colours and standard deviations.
+ * Writes the measured points of a scan as binary PLY, with their colours and covariances:
+ * ptzcal_cloud_from_scan and ptzcal_cloud_save in one.
  *
  * @param scan  The scan.
  * @param path  The file.
