@@ -227,7 +227,10 @@ impl Surface<'_> {
         let falling = [[a, d, b], [a, c, d]].map(|t| self.triangle(t));
         let rising = [[a, c, b], [b, c, d]].map(|t| self.triangle(t));
         let count = |pair: &[Option<[u32; 3]>; 2]| pair.iter().flatten().count();
-        let length = |from, to| Some((self.at(from)?.position - self.at(to)?.position).norm_squared());
+        let length = |from, to| match (self.at(from), self.at(to)) {
+            (Some(from), Some(to)) => (from.position - to.position).norm_squared(),
+            _ => f64::INFINITY,
+        };
         let better = match count(&falling).cmp(&count(&rising)) {
             std::cmp::Ordering::Greater => falling,
             std::cmp::Ordering::Less => rising,

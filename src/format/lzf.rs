@@ -68,14 +68,13 @@ pub(super) fn decompress(input: &[u8], length: usize) -> Option<Vec<u8>> {
                 count += usize::from(*rest.next()?);
             }
             let distance = ((control & 31) << 8 | usize::from(*rest.next()?)) + 1;
-            let mut from = output.len().checked_sub(distance)?;
+            let from = output.len().checked_sub(distance)?;
             if output.len() + count > length {
                 return None;
             }
             // What is copied may be copied again.
-            for _ in 0..count {
-                output.push(output[from]);
-                from += 1;
+            for i in from..from + count {
+                output.push(output[i]);
             }
         }
         if output.len() > length {

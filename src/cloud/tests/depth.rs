@@ -53,7 +53,7 @@ fn the_nearer_surface_hides_the_farther_and_gaps_stay_unknown() {
     };
     let positions = [square(0.0, 0.4, 3.0), square(0.1, 0.1, 2.0), square(0.0, 5.0, -2.0)].concat();
     let vertices = PointCloud { colours: vec![[0; 3]; 12], positions, ..Default::default() };
-    let triangles = [0, 4, 8].iter().flat_map(|i| [[i + 0, i + 1, i + 2], [i + 0, i + 2, i + 3]]).collect();
+    let triangles = [0, 4, 8].iter().flat_map(|i| [[*i, i + 1, i + 2], [*i, i + 2, i + 3]]).collect();
     let view = mesh_depth(&Mesh { vertices, triangles, textures: vec![] }, &camera).unwrap();
     let depth = |x: f64, y: f64, z: f64| {
         let p = camera.project(&Vector3::new(x, y, z)).unwrap();

@@ -33,22 +33,22 @@ fn write(file: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
          Transform {{ rotation 1 0 0 3.14159265358979312 children [\n"
     )?;
     if mesh.triangles.is_empty() && !cloud.is_empty() {
-        write!(file, "Shape {{ geometry PointSet {{\n")?;
+        writeln!(file, "Shape {{ geometry PointSet {{")?;
         coordinates(file, mesh)?;
         colours(file, mesh)?;
-        write!(file, "}} }}\n")?;
+        writeln!(file, "}} }}")?;
     }
     let mut defined = mesh.triangles.is_empty();
     let mut shape = |file: &mut dyn Write, triangles: &[u32], texture: Option<&Texture>| {
-        write!(file, "Shape {{\n")?;
+        writeln!(file, "Shape {{")?;
         if let Some(texture) = texture {
             write!(file, "appearance Appearance {{ texture ")?;
             picture(file, texture)?;
-            write!(file, " }}\n")?;
+            writeln!(file, " }}")?;
         }
-        write!(file, "geometry IndexedFaceSet {{ solid FALSE\n")?;
+        writeln!(file, "geometry IndexedFaceSet {{ solid FALSE")?;
         if std::mem::replace(&mut defined, true) {
-            write!(file, "coord USE POINTS\n")?;
+            writeln!(file, "coord USE POINTS")?;
         } else {
             coordinates(file, mesh)?;
         }
@@ -56,12 +56,12 @@ fn write(file: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
             Some(texture) => places(file, texture)?,
             None => colours(file, mesh)?,
         }
-        write!(file, "coordIndex [\n")?;
+        writeln!(file, "coordIndex [")?;
         for t in triangles {
             let [a, b, c] = mesh.triangles[*t as usize];
             writeln!(file, "{a} {b} {c} -1")?;
         }
-        write!(file, "] }} }}\n")
+        writeln!(file, "] }} }}")
     };
     let plain = mesh.untextured();
     if !plain.is_empty() {
@@ -70,36 +70,36 @@ fn write(file: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
     for texture in mesh.textures.iter().filter(|t| !t.triangles.is_empty()) {
         shape(file, &texture.triangles, Some(texture))?;
     }
-    write!(file, "] }}\n")?;
+    writeln!(file, "] }}")?;
     file.flush()
 }
 
 fn coordinates(file: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
-    write!(file, "coord DEF POINTS Coordinate {{ point [\n")?;
+    writeln!(file, "coord DEF POINTS Coordinate {{ point [")?;
     for p in &mesh.vertices.positions {
         // A tenth of a micrometre.
         writeln!(file, "{:.7} {:.7} {:.7}", p.x, p.y, p.z)?;
     }
-    write!(file, "] }}\n")
+    writeln!(file, "] }}")
 }
 
 fn colours(file: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
-    write!(file, "color Color {{ color [\n")?;
+    writeln!(file, "color Color {{ color [")?;
     for colour in &mesh.vertices.colours {
         let [r, g, b] = colour.map(|c| f64::from(c) / 255.0);
         writeln!(file, "{r:.4} {g:.4} {b:.4}")?;
     }
-    write!(file, "] }}\n")
+    writeln!(file, "] }}")
 }
 
 /// VRML's (0, 0) is the lower left corner of the picture, (1, 1) the upper right.
 fn places(file: &mut dyn Write, texture: &Texture) -> io::Result<()> {
     let [w, h] = [f64::from(texture.image.width), f64::from(texture.image.height)];
-    write!(file, "texCoord TextureCoordinate {{ point [\n")?;
+    writeln!(file, "texCoord TextureCoordinate {{ point [")?;
     for [x, y] in &texture.places {
         writeln!(file, "{:.7} {:.7}", (f64::from(*x) + 0.5) / w, 1.0 - (f64::from(*y) + 0.5) / h)?;
     }
-    write!(file, "] }}\n")
+    writeln!(file, "] }}")
 }
 
 /// Its rows go up from the bottom.
