@@ -360,6 +360,18 @@ impl Adjustment {
         Ok(())
     }
 
+    /// Says which planes shots hit, all or none.
+    pub fn set_planes(&mut self, hits: impl IntoIterator<Item = (usize, usize)>) -> Result<()> {
+        let before = self.hits.clone();
+        for (shot, plane) in hits {
+            if let Err(e) = self.set_plane(shot, plane) {
+                self.hits = before;
+                return Err(e);
+            }
+        }
+        Ok(())
+    }
+
     pub fn rig(&self) -> &RigModel {
         &self.rig
     }
