@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 56] = [
+const TOPICS: [&str; 57] = [
     "version",
     "status",
     "error",
@@ -62,6 +62,7 @@ const TOPICS: [&str; 56] = [
     "adjusted",
     "adjusted_check",
     "adjusted_points",
+    "adjustment_planes",
     "adjust",
     "file",
 ];
