@@ -11,7 +11,7 @@ use crate::geometry::linalg::{invert_spd, symmetric_eigen3};
 use crate::geometry::{RIG_PARAMETERS, RigParameter};
 
 /// Unknowns at most: of rig and camera.
-const WIDTH: usize = RIG_PARAMETERS + ALL;
+pub const WIDTH: usize = RIG_PARAMETERS + ALL;
 /// Rows of one shot: two pixels, and beliefs about two angles; less the unknowns that only it has.
 const ROWS: usize = 6;
 const REDUCED: usize = 3;
@@ -89,6 +89,21 @@ impl<'a> Unknowns<'a> {
             }
         }
         h
+    }
+
+    /// A belief so wide that it only keeps a covariance finite before there are enough shots.
+    pub fn diffuse(&self) -> DMatrix<f64> {
+        let focal = self.site.camera.intrinsics.fx;
+        let size = f64::from(self.site.camera.width.max(self.site.camera.height));
+        let rig = self.rig.iter().map(|i| if (5..7).contains(i) { 1e3 } else { 10.0 });
+        let camera = self.freedom.unknowns.iter().map(|u| match u.parameter {
+            0..3 => focal,
+            3..5 => size,
+            5..CENTRE => 3.0,
+            _ => 100.0,
+        });
+        let information = rig.chain(camera).map(|sigma| 1.0 / (sigma * sigma));
+        DMatrix::from_diagonal(&nalgebra::DVector::from_iterator(self.count(), information))
     }
 
     /// Equations of a shot whose point is at `depth`; `None` where a camera cannot see it.

@@ -9,7 +9,7 @@
 
 use nalgebra::{Cholesky, Matrix3x4, SVector, Vector2, Vector3};
 
-use super::normals::{LANES, Lanes, Normals, for_this_processor};
+use super::normals::{Kernel, LANES, Lanes, Normals, run_widest};
 use crate::calibrate::dlt;
 use crate::error::{Degeneracy, Error, Result};
 use crate::geometry::Camera;
@@ -96,7 +96,7 @@ impl PointSet {
             normals.fill(u, v);
             let chunk = first..first + u.len();
             let pixels = [&self.pixels[0][chunk.clone()], &self.pixels[1][chunk.clone()]];
-            for_this_processor(|| sum(&mut sums, &self.products[chunk], pixels, scale, [u, v]));
+            run_widest(AddSums { sums: &mut sums, products: &self.products[chunk], pixels, scale, noise: [u, v] });
         }
         for (k, sums) in sums.iter().enumerate() {
             for (block, lanes) in draw.blocks.iter_mut().zip(sums) {
@@ -116,7 +116,8 @@ impl PointSet {
         let mut distances = [0.0; LANES];
         let noise = [&draw.noise[0][..], &draw.noise[1][..]];
         let pixels = [&self.pixels[0][..], &self.pixels[1][..]];
-        for_this_processor(|| add_distances(&mut distances, &self.products, pixels, noise, sigma, &shift));
+        let sums = &mut distances;
+        run_widest(AddDistances { sums, products: &self.products, pixels, noise, sigma, centre: shift });
         let scale = 2f64.sqrt() * n / distances.iter().sum::<f64>();
         let mut normal = Matrix12::zeros();
         for (k, (a, b)) in upper().enumerate() {
@@ -148,59 +149,68 @@ fn upper() -> impl Iterator<Item = (usize, usize)> {
     (0..4).flat_map(|a| (a..4).map(move |b| (a, b)))
 }
 
-/// Scales the chunk's noise to the normalised image, and adds its products.
-#[inline(always)]
-fn sum(
-    sums: &mut [[Lanes; 4]; PRODUCTS],
-    products: &[[Lanes; PRODUCTS]],
-    pixels: [&[Lanes]; 2],
+/// Scales a chunk's noise to the normalised image, and adds its products.
+struct AddSums<'a> {
+    sums: &'a mut [[Lanes; 4]; PRODUCTS],
+    products: &'a [[Lanes; PRODUCTS]],
+    pixels: [&'a [Lanes]; 2],
     scale: f64,
-    noise: [&mut [Lanes]; 2],
-) {
-    let [nu, nv] = noise;
-    let mut weights = [[[0.0; LANES]; 4]; CHUNK];
-    let points = pixels[0].iter().zip(pixels[1]).zip(nu.iter_mut().zip(nv));
-    for (w, ((mu, mv), (nu, nv))) in weights.iter_mut().zip(points) {
-        for l in 0..LANES {
-            (nu[l], nv[l]) = (scale * nu[l], scale * nv[l]);
-            w[0][l] = nu[l];
-            w[1][l] = nv[l];
-            w[2][l] = mu[l] * nu[l] + mv[l] * nv[l];
-            w[3][l] = nu[l] * nu[l] + nv[l] * nv[l];
-        }
-    }
-    for (k, sums) in sums.iter_mut().enumerate() {
-        let mut s = *sums;
-        for (p, w) in products.iter().zip(&weights) {
+    noise: [&'a mut [Lanes]; 2],
+}
+
+impl Kernel for AddSums<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let [nu, nv] = self.noise;
+        let mut weights = [[[0.0; LANES]; 4]; CHUNK];
+        let points = self.pixels[0].iter().zip(self.pixels[1]).zip(nu.iter_mut().zip(nv));
+        for (w, ((mu, mv), (nu, nv))) in weights.iter_mut().zip(points) {
             for l in 0..LANES {
-                s[0][l] += p[k][l] * w[0][l];
-                s[1][l] += p[k][l] * w[1][l];
-                s[2][l] += p[k][l] * w[2][l];
-                s[3][l] += p[k][l] * w[3][l];
+                (nu[l], nv[l]) = (self.scale * nu[l], self.scale * nv[l]);
+                w[0][l] = nu[l];
+                w[1][l] = nv[l];
+                w[2][l] = mu[l] * nu[l] + mv[l] * nv[l];
+                w[3][l] = nu[l] * nu[l] + nv[l] * nv[l];
             }
         }
-        *sums = s;
+        for (k, sums) in self.sums.iter_mut().enumerate() {
+            let mut s = *sums;
+            for (p, w) in self.products.iter().zip(&weights) {
+                for (s, w) in s.iter_mut().zip(w) {
+                    for l in 0..LANES {
+                        s[l] += p[k][l] * w[l];
+                    }
+                }
+            }
+            *sums = s;
+        }
     }
 }
 
 /// Adds the noisy pixels' distances from their centroid.
-#[inline(always)]
-fn add_distances(
-    sums: &mut Lanes,
-    products: &[[Lanes; PRODUCTS]],
-    pixels: [&[Lanes]; 2],
-    noise: [&[Lanes]; 2],
+struct AddDistances<'a> {
+    sums: &'a mut Lanes,
+    products: &'a [[Lanes; PRODUCTS]],
+    pixels: [&'a [Lanes]; 2],
+    noise: [&'a [Lanes]; 2],
     sigma: f64,
-    centre: &Vector2<f64>,
-) {
-    let (cx, cy) = (centre.x, centre.y);
-    let points = pixels[0].iter().zip(pixels[1]).zip(noise[0].iter().zip(noise[1]));
-    for (p, ((mu, mv), (nu, nv))) in products.iter().zip(points) {
-        for l in 0..LANES {
-            let (x, y) = (mu[l] + sigma * nu[l] - cx, mv[l] + sigma * nv[l] - cy);
-            // The last product is 1 for a point and 0 beyond the last one.
-            sums[l] += p[PRODUCTS - 1][l] * (x * x + y * y).sqrt();
+    centre: Vector2<f64>,
+}
+
+impl Kernel for AddDistances<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let (sigma, cx, cy) = (self.sigma, self.centre.x, self.centre.y);
+        let mut sums = *self.sums;
+        let points = self.pixels[0].iter().zip(self.pixels[1]).zip(self.noise[0].iter().zip(self.noise[1]));
+        for (p, ((mu, mv), (nu, nv))) in self.products.iter().zip(points) {
+            for l in 0..LANES {
+                let (x, y) = (mu[l] + sigma * nu[l] - cx, mv[l] + sigma * nv[l] - cy);
+                // The last product is 1 for a point and 0 beyond the last one.
+                sums[l] += p[PRODUCTS - 1][l] * (x * x + y * y).sqrt();
+            }
         }
+        *self.sums = sums;
     }
 }
 

@@ -30,7 +30,7 @@ impl Normals {
 
     /// Fills both with standard normal deviates, the first as many as the second.
     pub fn fill(&mut self, x: &mut [Lanes], y: &mut [Lanes]) {
-        for_this_processor(|| fill(&mut self.state, x, y));
+        run_widest(Fill { state: &mut self.state, x, y });
     }
 
     /// Pairs of deviates.
@@ -42,18 +42,22 @@ impl Normals {
     }
 }
 
-/// Runs what the compiler has inlined into it, compiled for the widest vectors of the processor at hand.
-#[inline(always)]
-pub fn for_this_processor(work: impl FnOnce()) {
+/// A loop that gains from wide vectors; `run` must be `#[inline(always)]`.
+pub trait Kernel {
+    fn run(self);
+}
+
+/// Runs a kernel, compiled for the widest vectors of the processor at hand.
+pub fn run_widest(kernel: impl Kernel) {
     #[cfg(target_arch = "x86_64")]
     {
         #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
-        fn avx512(work: impl FnOnce()) {
-            work();
+        fn avx512(kernel: impl Kernel) {
+            kernel.run();
         }
         #[target_feature(enable = "avx2")]
-        fn avx2(work: impl FnOnce()) {
-            work();
+        fn avx2(kernel: impl Kernel) {
+            kernel.run();
         }
         let wide = is_x86_feature_detected!("avx512f")
             && is_x86_feature_detected!("avx512bw")
@@ -61,26 +65,39 @@ pub fn for_this_processor(work: impl FnOnce()) {
             && is_x86_feature_detected!("avx512vl");
         if wide {
             // SAFETY: the processor has the features.
-            return unsafe { avx512(work) };
+            return unsafe { avx512(kernel) };
         }
         if is_x86_feature_detected!("avx2") {
             // SAFETY: the processor has the feature.
-            return unsafe { avx2(work) };
+            return unsafe { avx2(kernel) };
         }
     }
-    work();
+    kernel.run();
 }
 
-#[inline(always)]
-fn fill(state: &mut [[u64; LANES]; 4], x: &mut [Lanes], y: &mut [Lanes]) {
-    let mut s = *state;
-    for (x, y) in x.iter_mut().zip(y) {
-        let random = next(&mut s);
-        for l in 0..LANES {
-            (x[l], y[l]) = pair(random[l]);
+/// Standard normal deviates into x and y.
+struct Fill<'a> {
+    state: &'a mut [[u64; LANES]; 4],
+    x: &'a mut [Lanes],
+    y: &'a mut [Lanes],
+}
+
+impl Kernel for Fill<'_> {
+    #[inline(always)]
+    fn run(self) {
+        const CHUNK: usize = 16;
+        let mut s = *self.state;
+        for (x, y) in self.x.chunks_mut(CHUNK).zip(self.y.chunks_mut(CHUNK)) {
+            // All bits first: a long plain loop over them is what the compiler vectorises.
+            let mut random = [[0; LANES]; CHUNK];
+            random[..x.len()].iter_mut().for_each(|r| *r = next(&mut s));
+            let out = x.as_flattened_mut().iter_mut().zip(y.as_flattened_mut());
+            for ((x, y), bits) in out.zip(random.as_flattened()) {
+                (*x, *y) = pair(*bits);
+            }
         }
+        *self.state = s;
     }
-    *state = s;
 }
 
 /// xoshiro256++, a step of all lanes.
@@ -127,23 +144,53 @@ fn ln(x: f64) -> f64 {
     const LOW: u64 = 0x3FE6_A09E_667F_3BCD;
     // 2^52 with an integer behind it: a conversion that vectorises everywhere.
     const INTEGER: u64 = 0x4330_0000_0000_0000;
+    const ARTANH: [f64; 8] = odd_reciprocals();
     let shifted = x.to_bits().wrapping_sub(LOW).wrapping_add(ONE);
     let exponent = f64::from_bits(INTEGER | shifted >> 52) - f64::from_bits(INTEGER) - 1023.0;
     let m = f64::from_bits((shifted & FRACTION).wrapping_add(LOW));
     let s = (m - 1.0) / (m + 1.0);
     let z = s * s;
-    let series = z * (2.0 / 3.0 + z * (2.0 / 5.0 + z * (2.0 / 7.0 + z * (2.0 / 9.0 + z * (2.0 / 11.0 + z * (2.0 / 13.0 + z * (2.0 / 15.0 + z * (2.0 / 17.0))))))));
+    let series = z * polynomial(z, &ARTANH);
     exponent * std::f64::consts::LN_2 + (2.0 * s + s * series)
 }
 
 /// Sine and cosine of t pi / 4 for t in [-1, 1], to 2e-15: their Taylor series.
 #[inline(always)]
 fn sin_cos(t: f64) -> (f64, f64) {
+    const SIN: [f64; 8] = inverse_factorials(1);
+    const COS: [f64; 8] = inverse_factorials(0);
     let x = t * std::f64::consts::FRAC_PI_4;
     let z = x * x;
-    let sin = x * (1.0 - z / 6.0 * (1.0 - z / 20.0 * (1.0 - z / 42.0 * (1.0 - z / 72.0 * (1.0 - z / 110.0 * (1.0 - z / 156.0 * (1.0 - z / 210.0)))))));
-    let cos = 1.0 - z / 2.0 * (1.0 - z / 12.0 * (1.0 - z / 30.0 * (1.0 - z / 56.0 * (1.0 - z / 90.0 * (1.0 - z / 132.0 * (1.0 - z / 182.0))))));
-    (sin, cos)
+    (x * polynomial(z, &SIN), polynomial(z, &COS))
+}
+
+/// c0 + c1 z + c2 z^2 ...
+#[inline(always)]
+fn polynomial<const N: usize>(z: f64, coefficients: &[f64; N]) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, c| sum * z + c)
+}
+
+/// 1 / first!, -1 / (first + 2)!, 1 / (first + 4)!, ...
+const fn inverse_factorials(first: u32) -> [f64; 8] {
+    let mut c = [1.0; 8];
+    let mut k = 1;
+    while k < 8 {
+        let n = first + 2 * k as u32;
+        c[k] = -c[k - 1] / (n * (n - 1)) as f64;
+        k += 1;
+    }
+    c
+}
+
+/// 2 / 3, 2 / 5, 2 / 7, ...
+const fn odd_reciprocals() -> [f64; 8] {
+    let mut c = [0.0; 8];
+    let mut k = 0;
+    while k < 8 {
+        c[k] = 2.0 / (2 * k + 3) as f64;
+        k += 1;
+    }
+    c
 }
 
 #[cfg(test)]
@@ -200,7 +247,7 @@ mod tests {
         let (mut vectors, mut other) = (plain.clone(), plain.clone());
         let mut y = plain.clone();
         let mut normals = Normals::new(3, 7);
-        fill(&mut normals.state, &mut plain, &mut y);
+        Fill { state: &mut normals.state, x: &mut plain, y: &mut y }.run();
         let plain_y = y.clone();
         Normals::new(3, 7).fill(&mut vectors, &mut y);
         assert_eq!((plain.clone(), plain_y), (vectors, y.clone()));

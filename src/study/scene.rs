@@ -89,7 +89,10 @@ impl Scene {
             Self::Plane(_) | Self::Depths { .. } => false,
             Self::Room { room, boxes } => {
                 let way = point - centre;
-                slab(room, centre, &way).1 < BEFORE
+                let (enter, leave) = slab(room, centre, &way);
+                // From outside the room its wall is in between.
+                enter > 0.0
+                    || leave < BEFORE
                     || boxes.iter().map(|b| slab(b, centre, &way)).any(|(enter, leave)| {
                         enter < leave && leave > 0.0 && enter < BEFORE
                     })

@@ -7,7 +7,7 @@ use crate::adjust::Prior;
 use crate::calibrate::{CalibrationOptions, DistortionModel};
 use crate::error::{Error, Result};
 use crate::geometry::{Camera, Distortion, RIG_PARAMETERS, RigModel};
-use crate::rig::ScanRegion;
+use crate::rig::{ScanRegion, aim_at_point};
 
 /// Most shots of a set-up.
 pub const MAX_SHOTS: usize = 1_000_000;
@@ -146,6 +146,24 @@ impl SetUp {
             return Err(Error::invalid("shots", format!("a depth of {depth} m")));
         }
         let shots = scanned.iter().filter_map(|&[pan, tilt, depth]| site.shot(pan, tilt, depth)).collect();
+        Self::new(site, shots)
+    }
+
+    /// From points in the rig's frame (metres) at which the laser is aimed; those out of its reach or not in
+    /// view of both cameras are left out.
+    ///
+    /// # Errors
+    /// Those of [`Site::validate`]; `NotFinite`, `InvalidArgument` for too many, `TooFewPoints`.
+    pub fn from_points(site: Site, points: &[Vector3<f64>]) -> Result<Self> {
+        site.validate()?;
+        if points.len() > MAX_SHOTS {
+            return Err(Error::invalid("points", format!("{}; {MAX_SHOTS} are possible", points.len())));
+        }
+        if let Some(index) = points.iter().position(|x| x.iter().any(|v| !v.is_finite())) {
+            return Err(Error::NotFinite { name: "points", index });
+        }
+        let aimed = |x| aim_at_point(&site.rig, x).ok();
+        let shots = points.iter().filter_map(aimed).filter_map(|a| site.shot(a.pan, a.tilt, a.depth)).collect();
         Self::new(site, shots)
     }
 
