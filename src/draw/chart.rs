@@ -88,7 +88,8 @@ impl Chart {
             page.series(&points, series.mark, colour);
             let y = MARGIN[2] + 12.0 + 20.0 * k as f64;
             let x = WIDTH - MARGIN[1] + 14.0;
-            page.series(&[[x, y - 4.0], [x + 26.0, y - 4.0]], series.mark, colour);
+            let sample = [[x, y - 4.0], [x + 26.0, y - 4.0]];
+            page.series(if series.mark == Mark::Dots { &sample[1..] } else { &sample }, series.mark, colour);
             page.text(x + 34.0, y, "start", &series.name);
         }
         page.finish()

@@ -32,7 +32,9 @@ impl Study {
     pub fn plot_errors(&self, quantity: Quantity) -> String {
         let (label, factor) = quantity.label();
         let same = self.options.levels.iter().any(|l| l.head == l.fixed);
+        // Without noise there is no error, and no place for it on a logarithmic axis.
         let shown: Vec<usize> = (0..self.options.levels.len())
+            .filter(|i| self.options.levels[*i].head + self.options.levels[*i].fixed > 0.0)
             .filter(|i| !same || self.options.levels[*i].head == self.options.levels[*i].fixed)
             .collect();
         let noise = |i: usize| self.options.levels[i].fixed;

@@ -343,7 +343,7 @@ fn tables_and_charts_hold_every_cell() {
     let grid = study.plot_grid(Method::JointMl).unwrap();
     assert_eq!(grid.matches("<rect").count(), 2 + 4);
     let scatter = study.plot_scatter(3).unwrap();
-    assert_eq!(scatter.matches("<circle").count(), 2 * (5 + 2));
+    assert_eq!(scatter.matches("<circle").count(), 2 * (5 + 1));
     assert!(study.plot_grid(Method::ClosedForm).is_err() && study.plot_scatter(4).is_err());
     let label = LabelOptions { trials: 5, ..LabelOptions::default() };
     let label = PrecisionLabel::make(&set_up(near(), 60), &label, on).unwrap();
