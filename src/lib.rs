@@ -40,5 +40,6 @@ pub mod rgbd;
 pub mod rig;
 pub mod rig_calibration;
 pub mod sim;
+pub mod study;
 
 pub use error::{Error, Result};

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 53] = [
+const TOPICS: [&str; 58] = [
     "version",
     "status",
     "error",
@@ -60,6 +60,11 @@ const TOPICS: [&str; 53] = [
     "adjusted_check",
     "adjusted_points",
     "adjust",
+    "site",
+    "set_up",
+    "study",
+    "label",
+    "plan",
     "file",
 ];
 
