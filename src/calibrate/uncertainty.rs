@@ -2,7 +2,8 @@
 //! and points where those rays end, each with a first-order covariance.
 
 use nalgebra::{
-    DMatrix, Matrix2, Matrix2x3, Matrix2xX, Matrix3, Matrix3x6, Matrix6, Matrix6x2, Matrix6xX, SMatrix, Vector2, Vector3,
+    DMatrix, Matrix2, Matrix2x3, Matrix2xX, Matrix3, Matrix3x6, Matrix6, Matrix6x2, Matrix6xX, SMatrix, Vector2,
+    Vector3,
 };
 
 use super::Calibration;
@@ -72,11 +73,7 @@ impl Calibration {
 
 /// The ray through a pixel of a camera whose parameters have this covariance, in the order of
 /// [`Calibration::covariance`]: [`Calibration::back_project`] without a pixel's noise.
-pub(crate) fn ray_covariance(
-    camera: &Camera,
-    covariance: &DMatrix<f64>,
-    pixel: &Vector2<f64>,
-) -> Result<UncertainRay> {
+pub(crate) fn ray_covariance(camera: &Camera, covariance: &DMatrix<f64>, pixel: &Vector2<f64>) -> Result<UncertainRay> {
     back_project(camera, covariance, pixel, None)
 }
 

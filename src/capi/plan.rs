@@ -172,9 +172,8 @@ pub unsafe extern "C" fn ptzcal_plan_make(
     let error = unsafe { ErrorOut::new(error) };
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
-        let (out, site, o, cancel) = unsafe {
-            (HandleOut::new(result)?, borrow(site)?, sized::read(options)?, ptzcal_cancel::share(token))
-        };
+        let (out, site, o, cancel) =
+            unsafe { (HandleOut::new(result)?, borrow(site)?, sized::read(options)?, ptzcal_cancel::share(token)) };
         let held = site.0.read(ptzcal_site::NAME)?;
         let options = PlanOptions {
             pan: [o.pan_min, o.pan_max],

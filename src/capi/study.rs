@@ -219,10 +219,7 @@ pub(super) fn levels_of(levels: &[[f64; 2]]) -> Vec<NoiseLevel> {
 }
 
 /// A reporter of trials done.
-pub(super) fn reporter(
-    progress: ptzcal_progress_fn,
-    user: *mut c_void,
-) -> impl FnMut(usize, usize) -> ControlFlow<()> {
+pub(super) fn reporter(progress: ptzcal_progress_fn, user: *mut c_void) -> impl FnMut(usize, usize) -> ControlFlow<()> {
     let (begin, user) = (Instant::now(), User::new(user));
     move |done, total| {
         let Some(progress) = progress else { return ControlFlow::Continue(()) };

@@ -323,7 +323,8 @@ mod tests {
         let (cx, cy) = (attribute(&svg, "circle", "cx"), attribute(&svg, "circle", "cy"));
         assert_eq!(cx.len(), 5);
         let number = |s: &str| s.parse::<f64>().unwrap();
-        let (x, y): (Vec<f64>, Vec<f64>) = (cx.iter().map(|s| number(s)).collect(), cy.iter().map(|s| number(s)).collect());
+        let (x, y): (Vec<f64>, Vec<f64>) =
+            (cx.iter().map(|s| number(s)).collect(), cy.iter().map(|s| number(s)).collect());
         assert!((x[1] - x[0] - (x[2] - x[1])).abs() < 0.2, "evenly spaced on a linear axis");
         assert!((y[0] - y[2] - (y[2] - y[1])).abs() < 0.2, "decades on a logarithmic one");
         assert!(y[1] < y[2] && y[2] < y[0], "up is more");
@@ -347,7 +348,8 @@ mod tests {
     fn a_map_has_the_same_unit_on_both_axes() {
         let points = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
         let series = vec![Series { name: "s".into(), points, mark: Mark::Dots, colour: 1 }];
-        let svg = Chart { title: String::new(), x: axis("x", false), y: axis("y", false), series, equal: true }.to_svg();
+        let svg =
+            Chart { title: String::new(), x: axis("x", false), y: axis("y", false), series, equal: true }.to_svg();
         let place = |name| -> Vec<f64> { attribute(&svg, "circle", name).iter().map(|s| s.parse().unwrap()).collect() };
         let (x, y) = (place("cx"), place("cy"));
         assert!((x[1] - x[0] - (y[0] - y[2])).abs() < 0.2);
@@ -356,7 +358,14 @@ mod tests {
     #[test]
     fn a_heat_map_writes_its_numbers() {
         let values = vec![vec![0.0, 0.25], vec![12.345, f64::INFINITY]];
-        let map = HeatMap { title: "m".into(), x_label: "x".into(), y_label: "y".into(), x: vec![1.0, 2.0], y: vec![3.0, 4.0], values };
+        let map = HeatMap {
+            title: "m".into(),
+            x_label: "x".into(),
+            y_label: "y".into(),
+            x: vec![1.0, 2.0],
+            y: vec![3.0, 4.0],
+            values,
+        };
         let svg = map.to_svg();
         for text in [">0<", ">0.25<", ">12.3<", ">-<"] {
             assert!(svg.contains(text), "{text}");

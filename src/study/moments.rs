@@ -20,6 +20,8 @@ const PRODUCTS: usize = 10;
 /// Points whose noise is drawn and summed in one go: what fits beside the products into the first cache.
 const CHUNK: usize = 32;
 
+type Products = [[Lanes; CHUNK]; PRODUCTS];
+
 /// Blocks of the normal matrix: entries of the upper triangle of sum x x^T w, for a weight w.
 type Block = [f64; PRODUCTS];
 
@@ -28,8 +30,8 @@ pub struct PointSet {
     space: Normalisation3,
     image: Normalisation2,
     count: usize,
-    /// x x^T of the normalised points, zero beyond the last.
-    products: Vec<[Lanes; PRODUCTS]>,
+    /// x x^T of the normalised points, chunk by chunk, one product after the other; zero beyond the last.
+    products: Vec<Products>,
     /// Normalised noiseless pixels.
     pixels: [Vec<Lanes>; 2],
     /// Blocks without noise: of 1, u, v, u^2 + v^2.
@@ -58,12 +60,13 @@ impl PointSet {
         let collapsed = || Error::degenerate(Degeneracy::Coincident, "all points coincide");
         let space = Normalisation3::of(points.iter().copied()).ok_or_else(collapsed)?;
         let image = Normalisation2::of(&pixels).ok_or_else(collapsed)?;
-        let blocks = points.len().div_ceil(LANES);
+        let chunks = points.len().div_ceil(LANES * CHUNK);
+        let blocks = chunks * CHUNK;
         let mut set = Self {
             space,
             image,
             count: points.len(),
-            products: vec![[[0.0; LANES]; PRODUCTS]; blocks],
+            products: vec![[[[0.0; LANES]; CHUNK]; PRODUCTS]; chunks],
             pixels: [vec![[0.0; LANES]; blocks], vec![[0.0; LANES]; blocks]],
             noiseless: [[0.0; PRODUCTS]; 4],
             start: SVector::zeros(),
@@ -73,7 +76,7 @@ impl PointSet {
             let (block, lane) = (i / LANES, i % LANES);
             (set.pixels[0][block][lane], set.pixels[1][block][lane]) = (m.x, m.y);
             for (k, (a, b)) in upper().enumerate() {
-                set.products[block][k][lane] = x[a] * x[b];
+                set.products[block / CHUNK][k][block % CHUNK][lane] = x[a] * x[b];
                 for (sum, w) in set.noiseless.iter_mut().zip([1.0, m.x, m.y, m.norm_squared()]) {
                     sum[k] += w * x[a] * x[b];
                 }
@@ -86,17 +89,19 @@ impl PointSet {
 
     /// A trial's noise, unit variance.
     pub fn draw(&self, normals: &mut Normals) -> Draw {
-        let blocks = self.products.len();
+        let blocks = self.products.len() * CHUNK;
         let mut draw =
             Draw { noise: [vec![[0.0; LANES]; blocks], vec![[0.0; LANES]; blocks]], blocks: [[0.0; PRODUCTS]; 4] };
         let mut sums = [[[0.0; LANES]; 4]; PRODUCTS];
         let [u, v] = &mut draw.noise;
         let scale = self.image.scale;
-        for (first, (u, v)) in (0..).step_by(CHUNK).zip(u.chunks_mut(CHUNK).zip(v.chunks_mut(CHUNK))) {
+        for ((i, products), (u, v)) in
+            self.products.iter().enumerate().zip(u.chunks_mut(CHUNK).zip(v.chunks_mut(CHUNK)))
+        {
             normals.fill(u, v);
-            let chunk = first..first + u.len();
-            let pixels = [&self.pixels[0][chunk.clone()], &self.pixels[1][chunk.clone()]];
-            run_widest(AddSums { sums: &mut sums, products: &self.products[chunk], pixels, scale, noise: [u, v] });
+            let chunk = i * CHUNK..(i + 1) * CHUNK;
+            let pixels = [&self.pixels[0][chunk.clone()], &self.pixels[1][chunk]];
+            run_widest(AddSums { sums: &mut sums, products, pixels, scale, noise: [u, v] });
         }
         for (k, sums) in sums.iter().enumerate() {
             for (block, lanes) in draw.blocks.iter_mut().zip(sums) {
@@ -136,10 +141,8 @@ impl PointSet {
             set(2, 2, scale * scale * (w - 2.0 * (shift.x * u + shift.y * v) + shift.norm_squared() * s0[k]));
         }
         let p = smallest_eigenvector(&normal, &self.start)?;
-        let image = Normalisation2 {
-            centre: self.image.centre + shift / self.image.scale,
-            scale: self.image.scale * scale,
-        };
+        let image =
+            Normalisation2 { centre: self.image.centre + shift / self.image.scale, scale: self.image.scale * scale };
         Some(image.inverse_matrix() * Matrix3x4::from_row_slice(p.as_slice()) * self.space.matrix())
     }
 }
@@ -152,7 +155,7 @@ fn upper() -> impl Iterator<Item = (usize, usize)> {
 /// Scales a chunk's noise to the normalised image, and adds its products.
 struct AddSums<'a> {
     sums: &'a mut [[Lanes; 4]; PRODUCTS],
-    products: &'a [[Lanes; PRODUCTS]],
+    products: &'a Products,
     pixels: [&'a [Lanes]; 2],
     scale: f64,
     noise: [&'a mut [Lanes]; 2],
@@ -173,12 +176,12 @@ impl Kernel for AddSums<'_> {
                 w[3][l] = nu[l] * nu[l] + nv[l] * nv[l];
             }
         }
-        for (k, sums) in self.sums.iter_mut().enumerate() {
+        for (products, sums) in self.products.iter().zip(self.sums.iter_mut()) {
             let mut s = *sums;
-            for (p, w) in self.products.iter().zip(&weights) {
+            for (p, w) in products.iter().zip(&weights) {
                 for (s, w) in s.iter_mut().zip(w) {
                     for l in 0..LANES {
-                        s[l] += p[k][l] * w[l];
+                        s[l] += p[l] * w[l];
                     }
                 }
             }
@@ -190,7 +193,7 @@ impl Kernel for AddSums<'_> {
 /// Adds the noisy pixels' distances from their centroid.
 struct AddDistances<'a> {
     sums: &'a mut Lanes,
-    products: &'a [[Lanes; PRODUCTS]],
+    products: &'a [Products],
     pixels: [&'a [Lanes]; 2],
     noise: [&'a [Lanes]; 2],
     sigma: f64,
@@ -203,11 +206,12 @@ impl Kernel for AddDistances<'_> {
         let (sigma, cx, cy) = (self.sigma, self.centre.x, self.centre.y);
         let mut sums = *self.sums;
         let points = self.pixels[0].iter().zip(self.pixels[1]).zip(self.noise[0].iter().zip(self.noise[1]));
-        for (p, ((mu, mv), (nu, nv))) in self.products.iter().zip(points) {
+        let ones = self.products.iter().flat_map(|p| &p[PRODUCTS - 1]);
+        for (one, ((mu, mv), (nu, nv))) in ones.zip(points) {
             for l in 0..LANES {
                 let (x, y) = (mu[l] + sigma * nu[l] - cx, mv[l] + sigma * nv[l] - cy);
                 // The last product is 1 for a point and 0 beyond the last one.
-                sums[l] += p[PRODUCTS - 1][l] * (x * x + y * y).sqrt();
+                sums[l] += one[l] * (x * x + y * y).sqrt();
             }
         }
         *self.sums = sums;
@@ -251,17 +255,23 @@ mod tests {
             height: 600,
             intrinsics: Intrinsics { fx: 842.46, fy: 889.62, skew: 0.0, cx: 398.11, cy: 314.21 },
             distortion: Distortion::None,
-            pose: Rigid { rotation: rigid::exp(&Vector3::new(0.01, -0.02, 0.012)), translation: Vector3::new(0.16, -0.05, 0.02) },
+            pose: Rigid {
+                rotation: rigid::exp(&Vector3::new(0.01, -0.02, 0.012)),
+                translation: Vector3::new(0.16, -0.05, 0.02),
+            },
         }
     }
 
     fn points(count: usize) -> Vec<Vector3<f64>> {
         let spread = |[x, y]: [f64; 2]| [x.clamp(-1.5, 1.5), y.clamp(-1.5, 1.5)];
         let (a, b) = (Normals::new(1, 0).pairs(count), Normals::new(1, 1).pairs(count));
-        a.into_iter().zip(b).map(|(a, b)| {
-            let ([x, y], [z, _]) = (spread(a), spread(b));
-            Vector3::new(x, 0.7 * y, 3.2 + z)
-        }).collect()
+        a.into_iter()
+            .zip(b)
+            .map(|(a, b)| {
+                let ([x, y], [z, _]) = (spread(a), spread(b));
+                Vector3::new(x, 0.7 * y, 3.2 + z)
+            })
+            .collect()
     }
 
     #[test]
@@ -273,14 +283,22 @@ mod tests {
             let noise = Normals::new(9, 4).pairs(count.next_multiple_of(LANES * CHUNK));
             for sigma in [0.0, 0.2, 2.0] {
                 // Noise is drawn in chunks of both coordinates, in the order of the points.
-                let pixels: Vec<_> = points.iter().zip(&noise)
-                    .map(|(x, n)| camera.project(x).unwrap() + Vector2::from(*n) * sigma).collect();
+                let pixels: Vec<_> = points
+                    .iter()
+                    .zip(&noise)
+                    .map(|(x, n)| camera.project(x).unwrap() + Vector2::from(*n) * sigma)
+                    .collect();
                 let wanted = dlt::points(&points, &pixels).unwrap();
                 let (_, wanted) = decompose::decompose(&wanted).unwrap();
                 let found = set.solve(&draw, sigma).unwrap();
                 let (_, found) = decompose::decompose(&found).unwrap();
                 // The normal matrix has the squared condition.
-                assert!((found.centre() - wanted.centre()).norm() < 1e-6, "{count} {sigma} {} {}", found.centre(), wanted.centre());
+                assert!(
+                    (found.centre() - wanted.centre()).norm() < 1e-6,
+                    "{count} {sigma} {} {}",
+                    found.centre(),
+                    wanted.centre()
+                );
                 assert!((found.rotation - wanted.rotation).norm() < 1e-6);
             }
         }

@@ -51,7 +51,8 @@ impl Study {
             series.push(Series { name: "joint ML, covariance".into(), points, mark: Mark::Dashed, colour: 6 });
         }
         let cameras = if same { "both cameras" } else { "fixed camera" };
-        let title = format!("Fixed camera from {} shots, rms of {} trials", self.set_up.shots.len(), self.options.trials);
+        let title =
+            format!("Fixed camera from {} shots, rms of {} trials", self.set_up.shots.len(), self.options.trials);
         let x = axis(&format!("noise, {cameras} (px)"), false);
         Chart { title, x, y: axis(label, true), series, equal: false }.to_svg()
     }

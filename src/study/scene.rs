@@ -44,7 +44,10 @@ impl Scene {
                     finite(low.as_slice())?;
                     finite(high.as_slice())?;
                     if (0..3).any(|i| low[i] >= high[i]) {
-                        return Err(Error::invalid("scene", "a corner's coordinates are not the lower ones: low, high"));
+                        return Err(Error::invalid(
+                            "scene",
+                            "a corner's coordinates are not the lower ones: low, high",
+                        ));
                     }
                 }
             }
@@ -93,9 +96,10 @@ impl Scene {
                 // From outside the room its wall is in between.
                 enter > 0.0
                     || leave < BEFORE
-                    || boxes.iter().map(|b| slab(b, centre, &way)).any(|(enter, leave)| {
-                        enter < leave && leave > 0.0 && enter < BEFORE
-                    })
+                    || boxes
+                        .iter()
+                        .map(|b| slab(b, centre, &way))
+                        .any(|(enter, leave)| enter < leave && leave > 0.0 && enter < BEFORE)
             }
         }
     }
@@ -159,7 +163,8 @@ mod tests {
     fn impossible_scenes_are_refused() {
         let plane = |normal, distance| Scene::Plane(Plane { normal, distance });
         let depths = |nearest, farthest| Scene::Depths { nearest, farthest };
-        let corners = |low: f64, high: f64| Scene::Room { room: [Vector3::repeat(low), Vector3::repeat(high)], boxes: vec![] };
+        let corners =
+            |low: f64, high: f64| Scene::Room { room: [Vector3::repeat(low), Vector3::repeat(high)], boxes: vec![] };
         for scene in [
             plane(Vector3::zeros(), 1.0),
             plane(Vector3::new(f64::NAN, 0.0, 1.0), 1.0),

@@ -201,7 +201,8 @@ fn threads_change_nothing_and_seeds_everything() {
     let set_up = set_up(near(), 60);
     for draws in [Draws::Common, Draws::Independent] {
         let base = StudyOptions { draws, ..options(&[Method::DltExact, Method::ClosedForm], &[0.0, 0.3, 1.0], 70) };
-        let run = |threads, seed| Study::run(&set_up, &StudyOptions { threads, seed, ..base.clone() }, on).unwrap().cells;
+        let run =
+            |threads, seed| Study::run(&set_up, &StudyOptions { threads, seed, ..base.clone() }, on).unwrap().cells;
         let one = run(1, 1);
         assert_eq!(one, run(2, 1));
         assert_eq!(one, run(7, 1));
@@ -316,7 +317,8 @@ fn a_label_grows_with_noise_and_shrinks_with_depth() {
     let at = |distance: f64| label.rows.iter().find(|r| r.distance == distance).unwrap();
     assert!(at(2.0).expected[0] > at(3.0).expected[0] && at(3.0).expected[0] > at(5.0).expected[0]);
     // Refused where nothing can be labelled.
-    let refused = |options: LabelOptions| PrecisionLabel::make(&set_up(near(), 400), &options, on).unwrap_err().status();
+    let refused =
+        |options: LabelOptions| PrecisionLabel::make(&set_up(near(), 400), &options, on).unwrap_err().status();
     assert_eq!(refused(LabelOptions { distances: vec![0.5], ..options.clone() }), Status::TooFewPoints);
     assert_eq!(refused(LabelOptions { distances: vec![], ..options.clone() }), Status::InvalidArgument);
     assert_eq!(refused(LabelOptions { distances: vec![f64::NAN], ..options.clone() }), Status::NotFinite);
@@ -355,7 +357,15 @@ fn tables_and_charts_hold_every_cell() {
 
 fn plan_options(target: f64) -> PlanOptions {
     let ScanRegion { pan, tilt, .. } = region(1, 1);
-    PlanOptions { pan, tilt, scene: room(), level: level(0.2), target, max_positions: 20_000, cancel: Default::default() }
+    PlanOptions {
+        pan,
+        tilt,
+        scene: room(),
+        level: level(0.2),
+        target,
+        max_positions: 20_000,
+        cancel: Default::default(),
+    }
 }
 
 #[test]

@@ -364,8 +364,20 @@ static void a_scan_is_planned_and_continued(void)
   ptzcal_site_free(site);
 }
 
+static void a_target_accuracy_is_checked(void)
+{
+  ptzcal_scan_options *options;
+  CHECK_OK(ptzcal_scan_options_new(&options, NULL));
+  CHECK_OK(ptzcal_scan_options_set_target_accuracy(options, 0.01, NULL));
+  CHECK_OK(ptzcal_scan_options_set_target_accuracy(options, 0.0, NULL));
+  CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, ptzcal_scan_options_set_target_accuracy(options, -0.01, NULL));
+  CHECK_STATUS(PTZCAL_STATUS_NOT_FINITE, ptzcal_scan_options_set_target_accuracy(options, NAN, NULL));
+  ptzcal_scan_options_free(options);
+}
+
 int main(void)
 {
+  a_target_accuracy_is_checked();
   a_study_is_made_and_read();
   bad_studies_are_refused();
   a_label_is_made_and_read();

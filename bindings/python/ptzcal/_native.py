@@ -564,6 +564,7 @@ PROTOTYPES: Dict[str, tuple] = {
     ),
     "ptzcal_scan_options_set_journal": (_status, _handle, c_char_p, c_int32, _error_out),
     "ptzcal_scan_options_set_reconnect": (_status, _handle, c_double, _error_out),
+    "ptzcal_scan_options_set_target_accuracy": (_status, _handle, c_double, _error_out),
     "ptzcal_scan_options_set_recording": (_status, _handle, c_char_p, _error_out),
     "ptzcal_scan_options_set_cancel": (_status, _handle, _handle, _error_out),
     "ptzcal_rig_scan_region": (

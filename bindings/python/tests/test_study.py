@@ -161,5 +161,18 @@ class Plans(TestCase):
             site(rig_sigmas={"nothing": 1.0})
 
 
+class Watched(TestCase):
+    def test_a_scan_ends_once_its_camera_is_known_well_enough(self):
+        region = ptzcal.Region(-0.5, 0.43, -0.36, 0.33, 20, 16)
+        with ptzcal.Rig.open("sim:room") as rig:
+            camera = ptzcal.FixedCamera("sim:fixed/0", distortion="radial2")
+            scan = rig.scan_region(region, [camera], target_accuracy=0.002)
+            self.assertTrue(80 < len(scan) < 300, len(scan))
+            self.assertFalse(scan.complete)
+            self.assertIsNone(scan.end)
+            with self.assertRaises(ptzcal.InvalidArgument):
+                rig.scan_region(region, [camera], target_accuracy=-1.0)
+
+
 if __name__ == "__main__":
     unittest.main()
