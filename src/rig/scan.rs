@@ -228,7 +228,7 @@ pub fn scan_region(
 }
 
 /// In eight passes over the same path, so that a scan that ends early has covered the region.
-fn spread(path: &mut [u32]) {
+pub(super) fn spread(path: &mut [u32]) {
     let passes: Vec<u32> =
         [0, 4, 2, 6, 1, 5, 3, 7].into_iter().flat_map(|first| path.iter().copied().skip(first).step_by(8)).collect();
     path.copy_from_slice(&passes);

@@ -48,7 +48,7 @@ pub fn choose(
     let mut accuracy = state.accuracy().ok_or_else(undetermined)?;
     while !enough(&chosen, &accuracy)? {
         let whole = seen + chosen.len() < n;
-        if chosen.len() % REFRESH == 0 || whole {
+        if chosen.len().is_multiple_of(REFRESH) || whole {
             let gain = |(i, rows): (usize, &Option<ShotRows>)| {
                 let rows = rows.as_ref().filter(|_| left[i])?;
                 Some(Gain { value: state.gain(rows, whole), candidate: i, at: chosen.len() })
@@ -71,7 +71,7 @@ pub fn choose(
         };
         left[candidate] = false;
         unknowns.add(&mut information, rows);
-        if seen + chosen.len() < 3 * n || chosen.len() % RENEW == 0 {
+        if seen + chosen.len() < 3 * n || chosen.len().is_multiple_of(RENEW) {
             state = State::new(&unknowns.covariance(&information).ok_or_else(undetermined)?);
         } else {
             state.take(rows);

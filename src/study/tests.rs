@@ -389,7 +389,7 @@ fn a_plan_is_kept_by_simulation() {
 
 #[test]
 fn plans_that_cannot_be_kept_are_refused_with_the_reason() {
-    let refused = |site: &Site, options: PlanOptions| plan(site, &options).err().expect("refused");
+    let refused = |site: &Site, options: PlanOptions| plan(site, &options).expect_err("refused");
     let mut unsure = site(near());
     let mut sigmas = [0.0; 15];
     // Both, or the other one would give the scale away.
