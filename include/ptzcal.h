@@ -6626,6 +6626,24 @@ ptzcal_status ptzcal_scan_options_set_coarse_shots(ptzcal_scan_options *options,
                                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
+ * Ends a scan once every fixed camera's position is expected to be known well enough, by the covariance
+ * of its calibration from the shots so far; the rig is taken as exact. Positions are then visited in
+ * eight passes over the region, so that a scan that ends early has covered it. Such a scan is not complete
+ * (ptzcal_scan_summary), and ptzcal_scan_end is PTZCAL_STATUS_OK.
+ *
+ * @param options The options.
+ * @param metres  Root mean square error of the position; 0, the default: the whole region is scanned.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a negative one.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_set_target_accuracy(ptzcal_scan_options *options,
+                                                      double metres,
+                                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
  * Sets how long a device that is gone (unplugged, switched off) is waited for; the drivers of the
  * library open theirs again when it is back. The laser is off meanwhile.
  *
@@ -6883,11 +6901,12 @@ ptzcal_status ptzcal_scan_get_summary(const ptzcal_scan *scan,
                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
- * How a scan ended: fails with the reason when it is not complete.
+ * How a scan ended: fails with the reason when it ended before its time.
  *
  * @param scan  The scan.
  * @param error Receives the reason; may be NULL.
- * @return PTZCAL_STATUS_OK for a complete scan; PTZCAL_STATUS_CANCELLED when it was stopped or
+ * @return PTZCAL_STATUS_OK for a complete scan, and for one that met its target accuracy before
+ *         (ptzcal_scan_options_set_target_accuracy); PTZCAL_STATUS_CANCELLED when it was stopped or
  *         cancelled; the status of the device or file that failed.
  *
  * Threads: shared.
