@@ -9,6 +9,10 @@ use crate::calibrate::uncertainty::ray_covariance;
 use crate::error::{Degeneracy, Error, Result};
 
 /// Expected errors of the joint maximum-likelihood estimate, to first order: root mean squares.
+///
+/// Soft beliefs about skew and aspect (docs/maths.md section 3) count as information: over cameras that
+/// scatter as believed the errors are these. One camera that is exactly as believed errs less, one that is
+/// off errs more.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expected {
     pub level: NoiseLevel,
