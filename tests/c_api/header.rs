@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 58] = [
+const TOPICS: [&str; 59] = [
     "version",
     "status",
     "error",
@@ -59,6 +59,7 @@ const TOPICS: [&str; 58] = [
     "adjusted",
     "adjusted_check",
     "adjusted_points",
+    "adjustment_planes",
     "adjust",
     "site",
     "set_up",
