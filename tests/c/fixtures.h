@@ -98,6 +98,7 @@ static double fixture_uv[FIXTURE_POINTS * 2];
 static uint8_t fixture_flags[4 * PTZCAL_SIFT_DESCRIPTOR_SIZE];
 static size_t fixture_shots[4];
 static uint32_t fixture_cameras[4];
+static uint32_t fixture_planes[4];
 
 /* Uniform in [-1, 1], the same on every machine. */
 static inline double fixture_random(uint32_t *state)
@@ -440,7 +441,7 @@ static inline void make_fixtures(void)
   uint32_t i;
   for (i = 0; i < 4; i++) {
     fixture_flags[i] = i != 1;
-    fixture_shots[i] = fixture_cameras[i] = i;
+    fixture_shots[i] = fixture_cameras[i] = fixture_planes[i] = i;
   }
   make_camera(fixture_camera);
   make_rig_model(fixture_rig_model);
