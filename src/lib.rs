@@ -41,5 +41,6 @@ pub mod rgbd;
 pub mod rig;
 pub mod rig_calibration;
 pub mod sim;
+pub mod study;
 
 pub use error::{Error, Result};

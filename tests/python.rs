@@ -112,6 +112,17 @@ fn example_exports_a_model() {
 }
 
 #[test]
+fn example_makes_a_precision_label() {
+    let folder = tempfile::tempdir().unwrap();
+    let to = folder.path().to_str().unwrap();
+    let Some(text) = run(&["examples/python/precision_label.py", to]) else { return };
+    assert!(text.contains("chosen shots; any number leaves"), "{text}");
+    for name in ["label.csv", "label.json", "label.svg", "handoff.svg", "errors.svg", "grid.svg", "scatter.svg"] {
+        assert!(folder.path().join(name).metadata().unwrap().len() > 500, "{name}");
+    }
+}
+
+#[test]
 fn example_calibrates_from_rgbd() {
     let Some(folder) = data::folder("rgbd_nyu") else { return };
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();

@@ -7,6 +7,7 @@ from typing import Any, Callable, Iterator, Optional
 import numpy as np
 
 import joint
+import noise_study
 import ptzcal
 import scenes
 
@@ -697,6 +698,37 @@ def _adjustment(s: joint.Survey) -> ptzcal.Adjustment:
     return survey
 
 
+def studies() -> Iterator[Task]:
+    """The thesis's noise study with the cascade as printed: 6 x 6 noises of both cameras, 100 trials, two DLTs
+    of 2021 points each. With noise of its own for every cell ours does the peers' work; common noise
+    is what the library does unless it is told otherwise."""
+    points, control = noise_study.data()
+    made = noise_study.set_up(points, control)
+    assert len(made) == len(points)
+    # Of the corner where both are noisy; 100 trials scatter by a twentieth.
+    reference = noise_study.batched(points, control, np.array([2.0]), 1000, seed=5)[0, 0]
+
+    def error(means):
+        return abs(means[-1, -1] / reference - 1)
+
+    for draws, peer, theirs in (
+        ("independent", "NumPy, SVD for each trial", noise_study.by_svd),
+        ("independent", "NumPy, all trials of a cell at once", noise_study.batched),
+        ("common", "NumPy, all trials of a cell at once", noise_study.batched),
+    ):
+        yield Task(
+            "noise study, cascade as printed",
+            f"6x6 x 100 x 2 DLT x 2021, {draws} noise",
+            peer,
+            lambda draws=draws: noise_study.ours(made, draws),
+            lambda theirs=theirs: theirs(points, control),
+            error,
+            error,
+            "",
+            0.2,
+        )
+
+
 def adjustments() -> Iterator[Task]:
     """Ours from a cold start, with its covariance and outliers looked for; SciPy from the truth
     shifted by a few pixels and centimetres, with the Jacobian's sparsity given, without covariance."""
@@ -828,6 +860,7 @@ GROUPS = (
     robust_calibrations,
     boards,
     adjustments,
+    studies,
     aiming,
     calls,
     clouds,

@@ -23,6 +23,7 @@ mod outliers;
 mod real;
 mod settle;
 mod simulated;
+mod study;
 #[path = "../../tests/support/thesis.rs"]
 mod thesis;
 mod zoom;
@@ -80,6 +81,9 @@ fn main() -> std::io::Result<()> {
     }
     if wanted("lens") {
         lens::run(scale(400), &mut report);
+    }
+    if wanted("study") {
+        study::run(scale(400), &mut report);
     }
     if wanted("end_to_end") {
         end_to_end::run(&mut report);

@@ -2,14 +2,14 @@
 //! and points where those rays end, each with a first-order covariance.
 
 use nalgebra::{
-    Const, Dyn, Matrix2, Matrix2x3, Matrix2xX, Matrix3, Matrix3x6, Matrix6, Matrix6x2, Matrix6xX, OMatrix, SMatrix,
-    Vector2, Vector3,
+    DMatrix, Matrix2, Matrix2x3, Matrix2xX, Matrix3, Matrix3x6, Matrix6, Matrix6x2, Matrix6xX, SMatrix, Vector2,
+    Vector3,
 };
 
 use super::Calibration;
 use crate::error::{Error, Result};
 use crate::geometry::camera::Projection;
-use crate::geometry::{Plane, Ray};
+use crate::geometry::{Camera, Plane, Ray};
 
 /// Where a point is seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,7 +49,8 @@ impl Calibration {
             let in_front = self.camera.pose.apply(world).z > 0.0;
             if in_front { Error::OutsideLens { index: 0 } } else { Error::BehindCamera { index: 0 } }
         })?;
-        let mut sum = self.propagate(&self.by_parameters(&p, &p.by_centre));
+        let j = by_parameters(&self.camera, &p, &p.by_centre);
+        let mut sum = &j * &self.covariance * j.transpose();
         if let Some(c) = covariance {
             semidefinite(c, "xyz covariance")?;
             sum += p.by_point * c * p.by_point.transpose();
@@ -66,46 +67,56 @@ impl Calibration {
     /// # Errors
     /// `OutsideLens` where no ray reaches the pixel, `NotFinite`, `InvalidArgument`.
     pub fn back_project(&self, pixel: &Vector2<f64>, covariance: Option<&Matrix2<f64>>) -> Result<UncertainRay> {
-        finite(pixel.as_slice(), "uv")?;
-        let outside = || Error::OutsideLens { index: 0 };
-        let ray = self.camera.back_project(pixel).ok_or_else(outside)?;
-        let d = ray.direction;
-        // As a point at infinity the direction moves with everything but the centre.
-        let p = self.camera.project_homogeneous(&d, 0.0).ok_or_else(outside)?;
-        // Two unit vectors across the ray: all that a unit direction can do.
-        let e1 = d.cross(&Vector3::ith(d.iamin(), 1.0)).normalize();
-        let across = SMatrix::<f64, 3, 2>::from_columns(&[e1, d.cross(&e1)]);
-        let by_pixel = across * (p.by_point * across).try_inverse().ok_or_else(outside)?;
-        let lens = self.by_parameters(&p, &Matrix2x3::zeros());
-        let parameters = lens.ncols();
-        let mut g = Matrix6xX::zeros(parameters);
-        g.view_mut((0, parameters - 3), (3, 3)).fill_with_identity();
-        g.view_mut((3, 0), (3, parameters)).copy_from(&(by_pixel * -lens));
-        let mut sum = self.propagate(&g);
-        if let Some(c) = covariance {
-            semidefinite(c, "uv covariance")?;
-            let mut g = Matrix6x2::zeros();
-            g.fixed_view_mut::<3, 2>(3, 0).copy_from(&by_pixel);
-            sum += g * c * g.transpose();
-        }
-        Ok(UncertainRay { ray, covariance: symmetric(&sum) })
+        back_project(&self.camera, &self.covariance, pixel, covariance)
     }
+}
 
-    /// Derivatives of a pixel by the parameters, in the order of the covariance.
-    fn by_parameters(&self, p: &Projection, by_centre: &Matrix2x3<f64>) -> Matrix2xX<f64> {
-        let coefficients = self.camera.distortion.coefficients().len();
-        let mut j = Matrix2xX::zeros(11 + coefficients);
-        j.columns_mut(0, 5).copy_from(&p.by_intrinsics);
-        j.columns_mut(5, coefficients).copy_from(&p.by_distortion.columns(0, coefficients));
-        j.columns_mut(5 + coefficients, 3).copy_from(&p.by_rotation);
-        j.columns_mut(8 + coefficients, 3).copy_from(by_centre);
-        j
-    }
+/// The ray through a pixel of a camera whose parameters have this covariance, in the order of
+/// [`Calibration::covariance`]: [`Calibration::back_project`] without a pixel's noise.
+pub(crate) fn ray_covariance(camera: &Camera, covariance: &DMatrix<f64>, pixel: &Vector2<f64>) -> Result<UncertainRay> {
+    back_project(camera, covariance, pixel, None)
+}
 
-    /// J C J^T with the calibration's covariance.
-    fn propagate<const N: usize>(&self, j: &OMatrix<f64, Const<N>, Dyn>) -> SMatrix<f64, N, N> {
-        j * &self.covariance * j.transpose()
+fn back_project(
+    camera: &Camera,
+    parameters: &DMatrix<f64>,
+    pixel: &Vector2<f64>,
+    covariance: Option<&Matrix2<f64>>,
+) -> Result<UncertainRay> {
+    finite(pixel.as_slice(), "uv")?;
+    let outside = || Error::OutsideLens { index: 0 };
+    let ray = camera.back_project(pixel).ok_or_else(outside)?;
+    let d = ray.direction;
+    // As a point at infinity the direction moves with everything but the centre.
+    let p = camera.project_homogeneous(&d, 0.0).ok_or_else(outside)?;
+    // Two unit vectors across the ray: all that a unit direction can do.
+    let e1 = d.cross(&Vector3::ith(d.iamin(), 1.0)).normalize();
+    let across = SMatrix::<f64, 3, 2>::from_columns(&[e1, d.cross(&e1)]);
+    let by_pixel = across * (p.by_point * across).try_inverse().ok_or_else(outside)?;
+    let lens = by_parameters(camera, &p, &Matrix2x3::zeros());
+    let count = lens.ncols();
+    let mut g = Matrix6xX::zeros(count);
+    g.view_mut((0, count - 3), (3, 3)).fill_with_identity();
+    g.view_mut((3, 0), (3, count)).copy_from(&(by_pixel * -lens));
+    let mut sum = &g * parameters * g.transpose();
+    if let Some(c) = covariance {
+        semidefinite(c, "uv covariance")?;
+        let mut g = Matrix6x2::zeros();
+        g.fixed_view_mut::<3, 2>(3, 0).copy_from(&by_pixel);
+        sum += g * c * g.transpose();
     }
+    Ok(UncertainRay { ray, covariance: symmetric(&sum) })
+}
+
+/// Derivatives of a pixel by the parameters, in the order of the covariance.
+fn by_parameters(camera: &Camera, p: &Projection, by_centre: &Matrix2x3<f64>) -> Matrix2xX<f64> {
+    let coefficients = camera.distortion.coefficients().len();
+    let mut j = Matrix2xX::zeros(11 + coefficients);
+    j.columns_mut(0, 5).copy_from(&p.by_intrinsics);
+    j.columns_mut(5, coefficients).copy_from(&p.by_distortion.columns(0, coefficients));
+    j.columns_mut(5 + coefficients, 3).copy_from(&p.by_rotation);
+    j.columns_mut(8 + coefficients, 3).copy_from(by_centre);
+    j
 }
 
 impl UncertainRay {

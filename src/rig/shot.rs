@@ -97,6 +97,8 @@ pub(super) fn spot_covariance(spot: &Spot) -> Matrix2<f64> {
 #[derive(Debug, Clone, PartialEq)]
 pub enum ScanEnd {
     Complete,
+    /// [`ScanOptions::target_accuracy`](super::ScanOptions) was met before the last position.
+    TargetMet,
     /// The progress callback asked for it.
     Stopped,
     /// The cancel token.

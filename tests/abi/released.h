@@ -6685,6 +6685,24 @@ ptzcal_status ptzcal_scan_options_set_coarse_shots(ptzcal_scan_options *options,
                                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
+ * Ends a scan once every fixed camera's position is expected to be known well enough, by the covariance
+ * of its calibration from the shots so far; the rig is taken as exact. Positions are then visited in
+ * eight passes over the region, so that a scan that ends early has covered it. Such a scan is not complete
+ * (ptzcal_scan_summary), and ptzcal_scan_end is PTZCAL_STATUS_OK.
+ *
+ * @param options The options.
+ * @param metres  Root mean square error of the position; 0, the default: the whole region is scanned.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a negative one.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_set_target_accuracy(ptzcal_scan_options *options,
+                                                      double metres,
+                                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
  * Sets how long a device that is gone (unplugged, switched off) is waited for; the drivers of the
  * library open theirs again when it is back. The laser is off meanwhile.
  *
@@ -6942,11 +6960,12 @@ ptzcal_status ptzcal_scan_get_summary(const ptzcal_scan *scan,
                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
- * How a scan ended: fails with the reason when it is not complete.
+ * How a scan ended: fails with the reason when it ended before its time.
  *
  * @param scan  The scan.
  * @param error Receives the reason; may be NULL.
- * @return PTZCAL_STATUS_OK for a complete scan; PTZCAL_STATUS_CANCELLED when it was stopped or
+ * @return PTZCAL_STATUS_OK for a complete scan, and for one that met its target accuracy before
+ *         (ptzcal_scan_options_set_target_accuracy); PTZCAL_STATUS_CANCELLED when it was stopped or
  *         cancelled; the status of the device or file that failed.
  *
  * Threads: shared.
@@ -8537,6 +8556,909 @@ ptzcal_status ptzcal_adjustment_solve(const ptzcal_adjustment *adjustment,
                                       const ptzcal_cancel *cancel,
                                       ptzcal_adjusted **result,
                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Sites: what is known before anyone scans
+ *
+ * A rig, the fixed camera that it will calibrate (its guessed pose and lens, in the rig's frame), what is
+ * not known of the rig, and what surrounds both. Studies, labels, plans and next shots begin with it.
+ * ============================================================================================= */
+
+/** Rig, fixed camera and surroundings. */
+typedef struct ptzcal_site ptzcal_site;
+
+/**
+ * Makes a site: a rig that is known exactly, no surroundings yet.
+ *
+ * @param model  The rig.
+ * @param camera The fixed camera, its pose in the rig's frame; the lens model that it has is the one that
+ *               will be fitted.
+ * @param site   Receives the site; free it with ptzcal_site_free.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_LENS_NOT_MONOTONE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_site_new(const ptzcal_rig_model *model,
+                              const ptzcal_camera *camera,
+                              ptzcal_site **site,
+                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a site.
+ *
+ * @param site The site; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_site_free(ptzcal_site *site) PTZCAL_NOEXCEPT;
+
+/**
+ * Says how well the rig's parameters are known.
+ *
+ * @param site   The site.
+ * @param sigmas 15 standard deviations in the order of ptzcal_rig_parameter; 0 fixes a parameter (all of
+ *               them by default), INFINITY frees it.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (the message names the parameter);
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_site_set_rig_sigmas(ptzcal_site *site,
+                                         const double *sigmas,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Says how well single moves of the head are known.
+ *
+ * @param site       The site.
+ * @param sigma_pan  Standard deviation of the true pan about its readings, radians; the default is 0.
+ * @param sigma_tilt The same of tilt.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_site_set_pointing_sigma(ptzcal_site *site,
+                                             double sigma_pan,
+                                             double sigma_tilt,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Says how the camera will be calibrated: lens model (that of the site's camera), known lens, beliefs
+ * about skew and aspect. The options' other settings do not matter here.
+ *
+ * @param site    The site.
+ * @param options The options; may be NULL: the defaults with the camera's lens model.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for another lens model than the camera's;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_site_set_estimate(ptzcal_site *site,
+                                       const ptzcal_calibration_options *options,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Surrounds rig and camera by one plane: a wall, a floor.
+ *
+ * @param site     The site.
+ * @param normal   Its normal n, 3 numbers of any length: n . x = distance in the rig's frame.
+ * @param distance Metres for a normal of unit length.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_site_set_plane(ptzcal_site *site,
+                                    const double *normal,
+                                    double distance,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Surrounds rig and camera by a room with boxes in it, which also hide what is behind them.
+ *
+ * @param site  The site.
+ * @param room  6 numbers: the lower corner x y z, then the higher one; the rig's frame, metres.
+ * @param boxes 6 numbers for each box; may be NULL when there is none.
+ * @param n     Boxes, 10,000 at most.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for corners in the wrong order;
+ *         PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_site_set_room(ptzcal_site *site,
+                                   const double *room,
+                                   const double *boxes,
+                                   size_t n,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Says of the surroundings only which depths occur: every position gets one of them.
+ *
+ * @param site     The site.
+ * @param nearest  Least depth along the head's axis, metres.
+ * @param farthest Greatest depth.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_site_set_depths(ptzcal_site *site,
+                                     double nearest,
+                                     double farthest,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Set-ups: a site with noiseless shots
+ *
+ * The data set of a noise study: what both cameras would see of every shot without noise (thesis VII.2). It
+ * comes from the site's surroundings, from a scan whose points are taken for true, or from any points.
+ * ============================================================================================= */
+
+/** A site with its noiseless shots. */
+typedef struct ptzcal_set_up ptzcal_set_up;
+
+/**
+ * The shots of a region that both cameras would see in the site's surroundings.
+ *
+ * @param site   The site.
+ * @param region The positions.
+ * @param set_up Receives the set-up; free it with ptzcal_set_up_free.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BAD_STATE for a site without surroundings;
+ *         PTZCAL_STATUS_TOO_FEW_POINTS when fewer than six are in view; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_set_up_from_region(const ptzcal_site *site,
+                                        const ptzcal_region *region,
+                                        ptzcal_set_up **set_up,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The points of a scan, taken for true and projected anew into both cameras; those that are not in view of
+ * both are left out.
+ *
+ * @param site   The site; its camera is where the scan's fixed camera was found, its rig the scan's.
+ * @param scan   The scan.
+ * @param set_up Receives the set-up; free it with ptzcal_set_up_free.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_set_up_from_scan(const ptzcal_site *site,
+                                      const ptzcal_scan *scan,
+                                      ptzcal_set_up **set_up,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Points at which the laser is aimed; those out of its reach or not in view of both cameras are left out.
+ *
+ * @param site   The site.
+ * @param xyz    n points in the rig's frame, metres.
+ * @param n      Points, 1,000,000 at most.
+ * @param set_up Receives the set-up; free it with ptzcal_set_up_free.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NOT_FINITE (index: the point);
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_set_up_from_points(const ptzcal_site *site,
+                                        const double *xyz,
+                                        size_t n,
+                                        ptzcal_set_up **set_up,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Gives the points by which the cascade as printed (PTZCAL_STUDY_METHOD_DLT_CASCADE_PRINTED) finds the head
+ * camera's pose: the corners of the thesis's boards. No other method needs them.
+ *
+ * @param set_up The set-up.
+ * @param xyz    n points in the rig's frame, metres, in front of the head camera at pan = tilt = 0.
+ * @param n      Points.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE (index: the point); PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_set_up_set_control(ptzcal_set_up *set_up,
+                                        const double *xyz,
+                                        size_t n,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The number of shots that both cameras see.
+ *
+ * @param set_up The set-up.
+ * @param count  Receives the number.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_set_up_get_count(const ptzcal_set_up *set_up,
+                                      size_t *count,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a set-up.
+ *
+ * @param set_up The set-up; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_set_up_free(ptzcal_set_up *set_up) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Noise study
+ *
+ * How do noises of head and fixed camera reach the fixed camera's estimate? (thesis VII, VIII.D) Monte Carlo
+ * with every estimator that is asked for, at every noise level, beside what the closed-form covariance
+ * expects. The same set-up, options and seed give the same bits with any number of threads.
+ * ============================================================================================= */
+
+/** How the fixed camera is estimated. */
+enum {
+  /** DLT-Points from exact 3D points: no cascade. */
+  PTZCAL_STUDY_METHOD_DLT_EXACT = 0,
+  /**
+   * The thesis's eq. (23) as printed: exact points moved by the head camera's noisy pose. A rigid
+   * motion, which does not touch the lens and says little of a laser rig; needs
+   * ptzcal_set_up_set_control.
+   */
+  PTZCAL_STUDY_METHOD_DLT_CASCADE_PRINTED = 1,
+  /** The cascade in its right form: noisy spots, so noisy points, then DLT-Points. */
+  PTZCAL_STUDY_METHOD_DLT_CASCADE = 2,
+  /** The closed form in inverse depth, weighted by the noise. */
+  PTZCAL_STUDY_METHOD_CLOSED_FORM = 3,
+  /**
+   * Maximum likelihood with the site's beliefs: as ptzcal_calibrate_camera or
+   * ptzcal_adjustment_solve would do it.
+   */
+  PTZCAL_STUDY_METHOD_JOINT_ML = 4,
+};
+typedef uint32_t ptzcal_study_method;
+
+/** Which noise the levels share. */
+enum {
+  /**
+   * A trial's noise is drawn once and scaled to every level: differences between levels are theirs
+   * and not luck's, and most of the work is shared.
+   */
+  PTZCAL_STUDY_DRAWS_COMMON = 0,
+  /** Every level draws its own. */
+  PTZCAL_STUDY_DRAWS_INDEPENDENT = 1,
+};
+typedef uint32_t ptzcal_study_draws;
+
+/** What is measured of a camera's error: the order of every array of four. */
+enum {
+  /** Distance of the position from the true one, metres. */
+  PTZCAL_STUDY_QUANTITY_POSITION = 0,
+  /** Angle of the rotation from the true one, radians. */
+  PTZCAL_STUDY_QUANTITY_ROTATION = 1,
+  /** Of (fx, fy), pixels. */
+  PTZCAL_STUDY_QUANTITY_FOCAL = 2,
+  /** Of (cx, cy), pixels. */
+  PTZCAL_STUDY_QUANTITY_PRINCIPAL_POINT = 3,
+};
+typedef uint32_t ptzcal_study_quantity;
+
+/** Charts of a study. */
+enum {
+  /** Root mean square error against noise, a line for each method; of a ptzcal_study_quantity. */
+  PTZCAL_STUDY_PLOT_ERRORS = 0,
+  /** Mean position error over the noises of both cameras; of a ptzcal_study_method. */
+  PTZCAL_STUDY_PLOT_GRID = 1,
+  /** Estimated positions from above; of a level, by its index. */
+  PTZCAL_STUDY_PLOT_SCATTER = 2,
+};
+typedef uint32_t ptzcal_study_plot;
+
+/** The answer of a study. Immutable: any number of threads may read it. */
+typedef struct ptzcal_study ptzcal_study;
+
+/** How a study is made. */
+typedef struct ptzcal_study_options {
+  /** Set by ptzcal_study_options_init. */
+  uint32_t struct_size;
+  /**
+   * Bit 1 << method for each ptzcal_study_method; the default is all but the printed cascade. A label
+   * takes the highest one.
+   */
+  uint32_t methods;
+  /** A ptzcal_study_draws; the default is common noise. */
+  uint32_t draws;
+  /** Trials, 1 to 100,000; the default is 100. */
+  uint32_t trials;
+  /** Threads that work, 1 to 1024, the caller's among them; the default is 1. */
+  uint32_t threads;
+  /** 0. */
+  uint32_t reserved;
+  /** The default is 1. */
+  uint64_t seed;
+} ptzcal_study_options;
+
+/** Errors of one method at one noise level. */
+typedef struct ptzcal_study_cell {
+  /** Set by ptzcal_study_cell_init. */
+  uint32_t struct_size;
+  /** Trials that gave a camera. */
+  uint32_t used;
+  /** Trials that gave none. */
+  uint32_t failures;
+  /** 0. */
+  uint32_t reserved;
+  /** Noise of the head camera's spot, px. */
+  double head_sigma;
+  /** Noise of the fixed camera's, px. */
+  double fixed_sigma;
+  /** Mean size of the error, by ptzcal_study_quantity; INFINITY when no trial gave a camera. */
+  double mean[4];
+  /** Root mean square. */
+  double rms[4];
+  /** Size of the mean error: what more trials, or more shots, do not take away. */
+  double bias[4];
+  /**
+   * Root mean square that the closed-form covariance of the maximum-likelihood estimate expects at this
+   * level; INFINITY in a study whose methods take no shots.
+   */
+  double expected[4];
+} ptzcal_study_cell;
+
+/**
+ * Sets up options with their defaults.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_study_options_init(ptzcal_study_options *options,
+                                        size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a cell: everything 0.
+ *
+ * @param cell The struct.
+ * @param size sizeof *cell.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_study_cell_init(ptzcal_study_cell *cell, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes a study.
+ *
+ * @param set_up    The set-up.
+ * @param levels    n pairs of noises, px: of the head camera's spot, of the fixed camera's; 0 to 1000.
+ * @param n         Levels, 1 to 10,000.
+ * @param distances m distances from the fixed camera at which points are handed off, metres; may be NULL
+ *                  when there is none.
+ * @param m         Distances, at most 1000.
+ * @param options   The options; may be NULL: the defaults.
+ * @param progress  Hears how many trials are done, and can stop the study; may be NULL.
+ * @param user      Handed to it.
+ * @param token     Stops the study from another thread; may be NULL.
+ * @param study     Receives the study; free it with ptzcal_study_free.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE;
+ *         PTZCAL_STATUS_DEGENERATE or PTZCAL_STATUS_TOO_FEW_POINTS when the shots cannot determine the
+ *         camera; PTZCAL_STATUS_CANCELLED when it was stopped; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_study_run(const ptzcal_set_up *set_up,
+                               const double *levels,
+                               size_t n,
+                               const double *distances,
+                               size_t m,
+                               const ptzcal_study_options *options,
+                               ptzcal_progress_fn progress,
+                               void *user,
+                               const ptzcal_cancel *token,
+                               ptzcal_study **study,
+                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The errors of a method at a level.
+ *
+ * @param study  The study.
+ * @param method A ptzcal_study_method that was asked for.
+ * @param level  Index of the level.
+ * @param cell   Receives the errors; set up by ptzcal_study_cell_init.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_study_get_cell(const ptzcal_study *study,
+                                    uint32_t method,
+                                    size_t level,
+                                    ptzcal_study_cell *cell,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Root mean square errors of points handed off: where the fixed camera believes a pixel's point at a
+ * distance to be, over 3 x 3 pixels of its image.
+ *
+ * @param study    The study.
+ * @param method   A ptzcal_study_method that was asked for.
+ * @param level    Index of the level.
+ * @param buffer   Receives metres, one for each distance of the study; may be NULL when capacity is 0.
+ * @param capacity Numbers that fit.
+ * @param needed   Receives the number of distances; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_study_copy_handoff(const ptzcal_study *study,
+                                        uint32_t method,
+                                        size_t level,
+                                        double *buffer,
+                                        size_t capacity,
+                                        size_t *needed,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes all figures of a study as JSON; an infinite one is null.
+ *
+ * @param study The study.
+ * @param path  The file.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_study_save_json(const ptzcal_study *study,
+                                     const char *path,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes all figures of a study as CSV, a line for each method and level.
+ *
+ * @param study The study.
+ * @param path  The file.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_study_save_csv(const ptzcal_study *study,
+                                    const char *path,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Draws a chart as a self-contained SVG.
+ *
+ * @param study The study.
+ * @param plot  A ptzcal_study_plot.
+ * @param of    What it is of: a quantity, a method or a level, as the plot says.
+ * @param path  The file.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_FILE_IO.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_study_save_plot(const ptzcal_study *study,
+                                     uint32_t plot,
+                                     uint32_t of,
+                                     const char *path,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a study.
+ *
+ * @param study The study; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_study_free(ptzcal_study *study) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Precision label
+ *
+ * What can be expected of a set-up (thesis VIII.D): the fixed camera's error against working distance and
+ * noise, simulated and by the closed-form covariance, with the error of points handed off at that
+ * distance. Shots up to a distance are what a rig has that works no farther.
+ * ============================================================================================= */
+
+/** What ptzcal_label_save_plot takes, besides a ptzcal_study_quantity, for the error of points handed off. */
+#define PTZCAL_LABEL_HANDOFF 4
+
+/** A precision label. Immutable: any number of threads may read it. */
+typedef struct ptzcal_label ptzcal_label;
+
+/** One line of a label: root mean square errors. */
+typedef struct ptzcal_label_row {
+  /** Set by ptzcal_label_row_init. */
+  uint32_t struct_size;
+  /** Shots up to the distance. */
+  uint32_t shots;
+  /** Trials that gave no camera. */
+  uint32_t failures;
+  /** 0. */
+  uint32_t reserved;
+  /** Working distance, metres. */
+  double distance;
+  /** Noise of the head camera's spot, px. */
+  double head_sigma;
+  /** Noise of the fixed camera's, px. */
+  double fixed_sigma;
+  /** Simulated, by ptzcal_study_quantity; INFINITY when no trial gave a camera. */
+  double simulated[4];
+  /**
+   * By the closed-form covariance of the maximum-likelihood estimate; INFINITY for methods that take
+   * no shots.
+   */
+  double expected[4];
+  /** Of a point handed off at the distance, metres. */
+  double handoff_simulated;
+  /** The same by the covariance. */
+  double handoff_expected;
+} ptzcal_label_row;
+
+/**
+ * Sets up a row: everything 0.
+ *
+ * @param row  The struct.
+ * @param size sizeof *row.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_label_row_init(ptzcal_label_row *row, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes a label.
+ *
+ * @param set_up    The set-up.
+ * @param distances m working distances, metres.
+ * @param m         Distances, 1 to 1000.
+ * @param levels    n pairs of noises, px: of the head camera's spot, of the fixed camera's.
+ * @param n         Levels, 1 to 10,000.
+ * @param options   Of the method (the highest bit), trials, threads and seed; may be NULL: the defaults,
+ *                  maximum likelihood.
+ * @param progress  Hears how many trials are done, and can stop it; may be NULL.
+ * @param user      Handed to it.
+ * @param token     Stops it from another thread; may be NULL.
+ * @param label     Receives the label; free it with ptzcal_label_free.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS or PTZCAL_STATUS_DEGENERATE when the shots up to
+ *         none of the distances determine a camera; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_CANCELLED; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_label_make(const ptzcal_set_up *set_up,
+                                const double *distances,
+                                size_t m,
+                                const double *levels,
+                                size_t n,
+                                const ptzcal_study_options *options,
+                                ptzcal_progress_fn progress,
+                                void *user,
+                                const ptzcal_cancel *token,
+                                ptzcal_label **label,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The number of rows: distance by distance, level by level within. Distances up to which the shots do not
+ * determine a camera have none.
+ *
+ * @param label The label.
+ * @param count Receives the number.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_label_get_count(const ptzcal_label *label,
+                                     size_t *count,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * A row of a label.
+ *
+ * @param label The label.
+ * @param index The row.
+ * @param row   Receives the row; set up by ptzcal_label_row_init.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_label_get_row(const ptzcal_label *label,
+                                   size_t index,
+                                   ptzcal_label_row *row,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes a label as JSON; an infinite figure is null.
+ *
+ * @param label The label.
+ * @param path  The file.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_label_save_json(const ptzcal_label *label,
+                                     const char *path,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes a label as CSV, a line for each row.
+ *
+ * @param label The label.
+ * @param path  The file.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_label_save_csv(const ptzcal_label *label,
+                                    const char *path,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Draws errors against the working distance, a line for each level, as a self-contained SVG.
+ *
+ * @param label The label.
+ * @param of    A ptzcal_study_quantity, or PTZCAL_LABEL_HANDOFF.
+ * @param path  The file.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_FILE_IO.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_label_save_plot(const ptzcal_label *label,
+                                     uint32_t of,
+                                     const char *path,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a label.
+ *
+ * @param label The label; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_label_free(ptzcal_label *label) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Planning, and the next best shots
+ *
+ * How many shots, and where, for a target accuracy of the fixed camera's position: before anyone scans
+ * (ptzcal_plan_make), and between shots (ptzcal_next_shots). A shot is written as 5 numbers: pan and tilt
+ * (the device's readings, radians), the depth that is expected there (metres), and the position's expected
+ * error after it and all before it: root mean square, and largest semi-axis (metres).
+ * ============================================================================================= */
+
+/** A plan. Immutable: any number of threads may read it. */
+typedef struct ptzcal_plan ptzcal_plan;
+
+/** What is wanted of a plan. */
+typedef struct ptzcal_plan_options {
+  /** Set by ptzcal_plan_options_init. */
+  uint32_t struct_size;
+  /** Most positions of a grid, 1 to 1,000,000; the default is 20,000. */
+  uint32_t max_positions;
+  /** Least reading of pan, radians. */
+  double pan_min;
+  /** Greatest reading of pan, radians. */
+  double pan_max;
+  /** Least reading of tilt, radians. */
+  double tilt_min;
+  /** Greatest reading of tilt, radians. */
+  double tilt_max;
+  /** Noise of a spot in the head camera, px; the default is 0.2. */
+  double head_sigma;
+  /** Noise of a spot in the fixed camera, px; the default is 0.2. */
+  double fixed_sigma;
+  /** Wanted root mean square error of the fixed camera's position, metres; the default is 0.01. */
+  double target;
+} ptzcal_plan_options;
+
+/** What a plan comes to. */
+typedef struct ptzcal_plan_summary {
+  /** Set by ptzcal_plan_summary_init. */
+  uint32_t struct_size;
+  /** The coarsest grid over the region that reaches the target: positions of pan. */
+  uint32_t pan_steps;
+  /** Positions of tilt. */
+  uint32_t tilt_steps;
+  /** Of its positions those that both cameras see. */
+  uint32_t grid_seen;
+  /** Chosen shots that reach it too: ptzcal_plan_copy_shots. */
+  uint32_t shots;
+  /** The ptzcal_rig_parameter that limits any number of shots; -1 when the rig is known exactly. */
+  int32_t limited_by;
+  /** Expected root mean square error of the position after the grid, metres. */
+  double grid_rms;
+  /** Its largest semi-axis, metres. */
+  double grid_semi_axis;
+  /** What any number of shots would leave: what is not known of the rig, metres. */
+  double limit_rms;
+} ptzcal_plan_summary;
+
+/**
+ * Sets up options with their defaults; the region must still be set.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_plan_options_init(ptzcal_plan_options *options,
+                                       size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a summary: everything 0.
+ *
+ * @param summary The struct.
+ * @param size    sizeof *summary.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_plan_summary_init(ptzcal_plan_summary *summary,
+                                       size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Plans a scan in a site's surroundings.
+ *
+ * @param site    The site; its camera is a guess.
+ * @param options What is wanted.
+ * @param token   Stops it from another thread; may be NULL.
+ * @param result  Receives the plan; free it with ptzcal_plan_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNREACHABLE when neither max_positions nor any number of shots
+ *         reach the target (the message says which, and what limits it); PTZCAL_STATUS_DEGENERATE when
+ *         the surroundings cannot determine the camera; PTZCAL_STATUS_NOT_FOUND when it sees nothing of
+ *         the region; PTZCAL_STATUS_BAD_STATE for a site without surroundings;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_CANCELLED;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_plan_make(const ptzcal_site *site,
+                               const ptzcal_plan_options *options,
+                               const ptzcal_cancel *token,
+                               ptzcal_plan **result,
+                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * What a plan comes to.
+ *
+ * @param result  The plan.
+ * @param summary Receives the summary; set up by ptzcal_plan_summary_init.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_plan_get_summary(const ptzcal_plan *result,
+                                      ptzcal_plan_summary *summary,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The chosen shots of a plan, the most valuable first.
+ *
+ * @param result   The plan.
+ * @param buffer   Receives 5 numbers for each shot; may be NULL when capacity is 0.
+ * @param capacity Numbers that fit.
+ * @param needed   Receives their number; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_plan_copy_shots(const ptzcal_plan *result,
+                                     double *buffer,
+                                     size_t capacity,
+                                     size_t *needed,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a plan.
+ *
+ * @param result The plan; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_plan_free(ptzcal_plan *result) PTZCAL_NOEXCEPT;
+
+/**
+ * Given what is scanned, where to shoot next so that the fixed camera's position becomes surer. Depths
+ * at the candidates are predicted from the scanned ones, and so is whether the fixed camera sees them; ask
+ * again after every few dozen shots.
+ *
+ * @param site        The site; its camera is the best estimate so far. Surroundings are not used.
+ * @param scanned     n shots of 4 numbers: pan and tilt as read (radians), measured depth along the
+ *                    head's axis (metres), 1 when the fixed camera saw the spot, else 0.
+ * @param n           Shots, 1 to 100,000.
+ * @param candidates  Positions to choose from, 100,000 at most; each is taken once.
+ * @param head_sigma  Noise of a spot in the head camera, px.
+ * @param fixed_sigma Noise of a spot in the fixed camera, px.
+ * @param target      Stops where the position's expected root mean square error is below, metres; 0: never.
+ * @param count       Most shots to choose, at least 1.
+ * @param now         Receives 2 numbers, the position's expected error from what is scanned: root mean
+ *                    square and largest semi-axis, metres, both INFINITY while that does not determine the
+ *                    camera; may be NULL.
+ * @param buffer      Receives 5 numbers for each chosen shot, the most valuable first; may be NULL when
+ *                    capacity is 0.
+ * @param capacity    Numbers that fit; 5 count are always enough.
+ * @param needed      Receives their number; may be NULL.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FOUND when the fixed camera is expected to see none of the
+ *         candidates; PTZCAL_STATUS_TOO_FEW_POINTS without a scanned shot; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_next_shots(const ptzcal_site *site,
+                                const double *scanned,
+                                size_t n,
+                                const ptzcal_region *candidates,
+                                double head_sigma,
+                                double fixed_sigma,
+                                double target,
+                                uint32_t count,
+                                double *now,
+                                double *buffer,
+                                size_t capacity,
+                                size_t *needed,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
  * Files

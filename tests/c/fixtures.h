@@ -48,6 +48,11 @@ static ptzcal_surface_options fixture_surface_options[1];
 static ptzcal_adjust_options fixture_adjust_options[1];
 static ptzcal_adjusted_summary fixture_adjusted_summary[1];
 static ptzcal_suspect fixture_suspect[1];
+static ptzcal_study_options fixture_study_options[1];
+static ptzcal_study_cell fixture_study_cell[1];
+static ptzcal_label_row fixture_label_row[1];
+static ptzcal_plan_options fixture_plan_options[1];
+static ptzcal_plan_summary fixture_plan_summary[1];
 
 static ptzcal_error *fixture_error;
 static ptzcal_cancel *fixture_cancel;
@@ -81,6 +86,11 @@ static ptzcal_cloud *fixture_cloud;
 static ptzcal_mesh *fixture_mesh;
 static ptzcal_adjustment *fixture_adjustment;
 static ptzcal_adjusted *fixture_adjusted;
+static ptzcal_site *fixture_site;
+static ptzcal_set_up *fixture_set_up;
+static ptzcal_study *fixture_study;
+static ptzcal_label *fixture_label;
+static ptzcal_plan *fixture_plan;
 
 static unsigned char fixture_pixels[16 * 12];
 static const uint16_t fixture_millimetres[64] = {1000};
@@ -91,6 +101,7 @@ static double fixture_uv[FIXTURE_POINTS * 2];
 static uint8_t fixture_flags[4 * PTZCAL_SIFT_DESCRIPTOR_SIZE];
 static size_t fixture_shots[4];
 static uint32_t fixture_cameras[4];
+static uint32_t fixture_planes[4];
 static const uint32_t fixture_triangles[12] = {0, 1, 2, 0, 2, 3};
 
 /* Uniform in [-1, 1], the same on every machine. */
@@ -380,12 +391,61 @@ static inline void make_angle_map(ptzcal_angle_map **map)
   CHECK(remove("fixture-angles.json") == 0);
 }
 
+/* A room with one box, a rig and a camera beside it, and a dozen shots: little work. */
+static inline void make_study(void)
+{
+  const double room[6] = {-2.0, -1.5, -1.0, 2.0, 1.5, 4.0}, box[6] = {-0.4, -0.3, 1.5, 0.4, 0.5, 1.9};
+  const double level[2] = {0.2, 0.2}, distance[1] = {5.0};
+  ptzcal_camera camera = *fixture_camera;
+  ptzcal_rig_model model;
+  ptzcal_region region;
+  CHECK_OK(ptzcal_rig_model_init(&model, sizeof model));
+  model.width = 720;
+  model.height = 576;
+  model.fx = model.fy = 800.0;
+  model.cx = 360.0;
+  model.cy = 288.0;
+  model.laser_x0 = 0.1;
+  model.laser_vx = -0.005;
+  CHECK_OK(ptzcal_camera_init(&camera, sizeof camera));
+  camera.width = 800;
+  camera.height = 600;
+  camera.fx = camera.fy = 600.0;
+  camera.cx = 400.0;
+  camera.cy = 300.0;
+  camera.translation[0] = 0.2;
+  CHECK_OK(ptzcal_site_new(&model, &camera, &fixture_site, NULL));
+  CHECK_OK(ptzcal_site_set_room(fixture_site, room, box, 1, NULL));
+  CHECK_OK(ptzcal_region_init(&region, sizeof region));
+  region.pan_min = -0.45;
+  region.pan_max = 0.45;
+  region.tilt_min = -0.35;
+  region.tilt_max = 0.35;
+  region.pan_steps = 5;
+  region.tilt_steps = 4;
+  CHECK_OK(ptzcal_set_up_from_region(fixture_site, &region, &fixture_set_up, NULL));
+  CHECK_OK(ptzcal_study_options_init(fixture_study_options, sizeof *fixture_study_options));
+  CHECK_OK(ptzcal_study_cell_init(fixture_study_cell, sizeof *fixture_study_cell));
+  CHECK_OK(ptzcal_label_row_init(fixture_label_row, sizeof *fixture_label_row));
+  fixture_study_options->trials = 1;
+  CHECK_OK(ptzcal_study_run(fixture_set_up, level, 1, distance, 1, fixture_study_options, NULL, NULL, NULL, &fixture_study, NULL));
+  CHECK_OK(ptzcal_label_make(fixture_set_up, distance, 1, level, 1, fixture_study_options, NULL, NULL, NULL, &fixture_label, NULL));
+  CHECK_OK(ptzcal_plan_options_init(fixture_plan_options, sizeof *fixture_plan_options));
+  CHECK_OK(ptzcal_plan_summary_init(fixture_plan_summary, sizeof *fixture_plan_summary));
+  fixture_plan_options->pan_min = region.pan_min;
+  fixture_plan_options->pan_max = region.pan_max;
+  fixture_plan_options->tilt_min = region.tilt_min;
+  fixture_plan_options->tilt_max = region.tilt_max;
+  fixture_plan_options->target = 0.05;
+  CHECK_OK(ptzcal_plan_make(fixture_site, fixture_plan_options, NULL, &fixture_plan, NULL));
+}
+
 static inline void make_fixtures(void)
 {
   uint32_t i;
   for (i = 0; i < 4; i++) {
     fixture_flags[i] = i != 1;
-    fixture_shots[i] = fixture_cameras[i] = i;
+    fixture_shots[i] = fixture_cameras[i] = fixture_planes[i] = i;
   }
   make_camera(fixture_camera);
   make_rig_model(fixture_rig_model);
@@ -468,10 +528,16 @@ static inline void make_fixtures(void)
   CHECK_OK(ptzcal_adjusted_summary_init(fixture_adjusted_summary, sizeof *fixture_adjusted_summary));
   CHECK_OK(ptzcal_suspect_init(fixture_suspect, sizeof *fixture_suspect));
   CHECK_OK(ptzcal_adjustment_solve(fixture_adjustment, NULL, NULL, &fixture_adjusted, NULL));
+  make_study();
 }
 
 static inline void free_fixtures(void)
 {
+  ptzcal_plan_free(fixture_plan);
+  ptzcal_label_free(fixture_label);
+  ptzcal_study_free(fixture_study);
+  ptzcal_set_up_free(fixture_set_up);
+  ptzcal_site_free(fixture_site);
   ptzcal_adjusted_free(fixture_adjusted);
   ptzcal_adjustment_free(fixture_adjustment);
   ptzcal_mesh_free(fixture_mesh);

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 57] = [
+const TOPICS: [&str; 62] = [
     "version",
     "status",
     "error",
@@ -64,6 +64,11 @@ const TOPICS: [&str; 57] = [
     "adjusted_points",
     "adjustment_planes",
     "adjust",
+    "site",
+    "set_up",
+    "study",
+    "label",
+    "plan",
     "file",
 ];
 

@@ -19,10 +19,12 @@ use ptzcal::capi::detect::ptzcal_spot;
 use ptzcal::capi::devices::ptzcal_ptz;
 use ptzcal::capi::head::ptzcal_head_capabilities;
 use ptzcal::capi::image::ptzcal_image;
+use ptzcal::capi::label::ptzcal_label_row;
 use ptzcal::capi::laser_line::ptzcal_laser_line;
 use ptzcal::capi::lines::ptzcal_line_options;
 use ptzcal::capi::lines_3d::{ptzcal_line_fit_options, ptzcal_line_match_options};
 use ptzcal::capi::mesh::ptzcal_surface_options;
+use ptzcal::capi::plan::{ptzcal_plan_options, ptzcal_plan_summary};
 use ptzcal::capi::pose::ptzcal_pose;
 use ptzcal::capi::probe::{ptzcal_figure, ptzcal_probe_options};
 use ptzcal::capi::progress::ptzcal_progress;
@@ -34,6 +36,7 @@ use ptzcal::capi::scan::{ptzcal_region, ptzcal_scan_summary};
 use ptzcal::capi::shot::ptzcal_shot;
 use ptzcal::capi::sift::ptzcal_sift_options;
 use ptzcal::capi::sift_matching::ptzcal_sift_match_options;
+use ptzcal::capi::study::{ptzcal_study_cell, ptzcal_study_options};
 
 use super::tools::{run, strict, text};
 use super::{declarations, header};
@@ -98,6 +101,14 @@ fn rust() -> String {
     layout!(out, ptzcal_suspect: struct_size parameters gain probability);
     layout!(out, ptzcal_adjust_options: struct_size robust max_iterations reserved seed
         pointing_sigma_pan pointing_sigma_tilt huber max_focal_deviation max_station_deviation);
+    layout!(out, ptzcal_study_options: struct_size methods draws trials threads reserved seed);
+    layout!(out, ptzcal_study_cell: struct_size used failures reserved head_sigma fixed_sigma mean rms bias expected);
+    layout!(out, ptzcal_label_row: struct_size shots failures reserved distance head_sigma fixed_sigma simulated
+        expected handoff_simulated handoff_expected);
+    layout!(out, ptzcal_plan_options: struct_size max_positions pan_min pan_max tilt_min tilt_max head_sigma
+        fixed_sigma target);
+    layout!(out, ptzcal_plan_summary: struct_size pan_steps tilt_steps grid_seen shots limited_by grid_rms
+        grid_semi_axis limit_rms);
     out
 }
 

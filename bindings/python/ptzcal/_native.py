@@ -41,6 +41,7 @@ from ._structs import (
     ptzcal_frame_fn,
     ptzcal_head_capabilities,
     ptzcal_image,
+    ptzcal_label_row,
     ptzcal_laser_fn,
     ptzcal_laser_line,
     ptzcal_line_fit_options,
@@ -48,6 +49,8 @@ from ._structs import (
     ptzcal_line_options,
     ptzcal_log_fn,
     ptzcal_move_end_fn,
+    ptzcal_plan_options,
+    ptzcal_plan_summary,
     ptzcal_pose,
     ptzcal_probe_options,
     ptzcal_progress_fn,
@@ -62,6 +65,8 @@ from ._structs import (
     ptzcal_sift_match_options,
     ptzcal_sift_options,
     ptzcal_spot,
+    ptzcal_study_cell,
+    ptzcal_study_options,
     ptzcal_surface_options,
     ptzcal_suspect,
     ptzcal_zoom_position,
@@ -75,6 +80,8 @@ HEAD_CAMERA = 4294967295
 
 NO_CAMERA = 4294967294
 NO_PLANE = 4294967295
+
+LABEL_HANDOFF = 4
 
 
 # What parameters are. Arrays come as addresses, structs and places for results by byref().
@@ -114,6 +121,11 @@ _sift_match_options = POINTER(ptzcal_sift_match_options)
 _sift_options = POINTER(ptzcal_sift_options)
 _spot = POINTER(ptzcal_spot)
 _summary = POINTER(ptzcal_calibration_summary)
+_study_options = POINTER(ptzcal_study_options)
+_study_cell = POINTER(ptzcal_study_cell)
+_label_row = POINTER(ptzcal_label_row)
+_plan_options = POINTER(ptzcal_plan_options)
+_plan_summary = POINTER(ptzcal_plan_summary)
 _surface_options = POINTER(ptzcal_surface_options)
 _adjust_options = POINTER(ptzcal_adjust_options)
 _adjusted_summary = POINTER(ptzcal_adjusted_summary)
@@ -558,6 +570,7 @@ PROTOTYPES: Dict[str, tuple] = {
     ),
     "ptzcal_scan_options_set_journal": (_status, _handle, c_char_p, c_int32, _error_out),
     "ptzcal_scan_options_set_reconnect": (_status, _handle, c_double, _error_out),
+    "ptzcal_scan_options_set_target_accuracy": (_status, _handle, c_double, _error_out),
     "ptzcal_scan_options_set_recording": (_status, _handle, c_char_p, _error_out),
     "ptzcal_scan_options_set_cancel": (_status, _handle, _handle, _error_out),
     "ptzcal_rig_scan_region": (
@@ -668,6 +681,56 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_adjusted_get_plane": (_status, _handle, c_uint32, _array, _array, _error_out),
     "ptzcal_adjusted_copy_plane_inliers": (
         _status, _handle, _array, c_size_t, _size_out, _error_out,
+    ),
+    # Studies, labels, plans, next shots.
+    "ptzcal_site_new": (_status, _model, _camera, _handle_out, _error_out),
+    "ptzcal_site_free": (None, _handle),
+    "ptzcal_site_set_rig_sigmas": (_status, _handle, _array, _error_out),
+    "ptzcal_site_set_pointing_sigma": (_status, _handle, c_double, c_double, _error_out),
+    "ptzcal_site_set_estimate": (_status, _handle, _handle, _error_out),
+    "ptzcal_site_set_plane": (_status, _handle, _array, c_double, _error_out),
+    "ptzcal_site_set_room": (_status, _handle, _array, _array, c_size_t, _error_out),
+    "ptzcal_site_set_depths": (_status, _handle, c_double, c_double, _error_out),
+    "ptzcal_set_up_from_region": (_status, _handle, _region, _handle_out, _error_out),
+    "ptzcal_set_up_from_scan": (_status, _handle, _handle, _handle_out, _error_out),
+    "ptzcal_set_up_from_points": (_status, _handle, _array, c_size_t, _handle_out, _error_out),
+    "ptzcal_set_up_set_control": (_status, _handle, _array, c_size_t, _error_out),
+    "ptzcal_set_up_get_count": (_status, _handle, _size_out, _error_out),
+    "ptzcal_set_up_free": (None, _handle),
+    "ptzcal_study_options_init": (_status, _study_options, c_size_t),
+    "ptzcal_study_cell_init": (_status, _study_cell, c_size_t),
+    "ptzcal_study_run": (
+        _status, _handle, _array, c_size_t, _array, c_size_t, _study_options, ptzcal_progress_fn, _user,
+        _handle, _handle_out, _error_out,
+    ),
+    "ptzcal_study_get_cell": (_status, _handle, c_uint32, c_size_t, _study_cell, _error_out),
+    "ptzcal_study_copy_handoff": (
+        _status, _handle, c_uint32, c_size_t, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_study_save_json": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_study_save_csv": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_study_save_plot": (_status, _handle, c_uint32, c_uint32, c_char_p, _error_out),
+    "ptzcal_study_free": (None, _handle),
+    "ptzcal_label_row_init": (_status, _label_row, c_size_t),
+    "ptzcal_label_make": (
+        _status, _handle, _array, c_size_t, _array, c_size_t, _study_options, ptzcal_progress_fn, _user,
+        _handle, _handle_out, _error_out,
+    ),
+    "ptzcal_label_get_count": (_status, _handle, _size_out, _error_out),
+    "ptzcal_label_get_row": (_status, _handle, c_size_t, _label_row, _error_out),
+    "ptzcal_label_save_json": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_label_save_csv": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_label_save_plot": (_status, _handle, c_uint32, c_char_p, _error_out),
+    "ptzcal_label_free": (None, _handle),
+    "ptzcal_plan_options_init": (_status, _plan_options, c_size_t),
+    "ptzcal_plan_summary_init": (_status, _plan_summary, c_size_t),
+    "ptzcal_plan_make": (_status, _handle, _plan_options, _handle, _handle_out, _error_out),
+    "ptzcal_plan_get_summary": (_status, _handle, _plan_summary, _error_out),
+    "ptzcal_plan_copy_shots": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_plan_free": (None, _handle),
+    "ptzcal_next_shots": (
+        _status, _handle, _array, c_size_t, _region, c_double, c_double, c_double, c_uint32, _array, _array,
+        c_size_t, _size_out, _error_out,
     ),
     # Files.
     "ptzcal_calibration_save": (_status, _handle, c_char_p, _error_out),

@@ -483,6 +483,77 @@ class ptzcal_adjust_options(Structure):
     ]
 
 
+class ptzcal_study_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("methods", c_uint32),
+        ("draws", c_uint32),
+        ("trials", c_uint32),
+        ("threads", c_uint32),
+        ("reserved", c_uint32),
+        ("seed", c_uint64),
+    ]
+
+
+class ptzcal_study_cell(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("used", c_uint32),
+        ("failures", c_uint32),
+        ("reserved", c_uint32),
+        ("head_sigma", c_double),
+        ("fixed_sigma", c_double),
+        ("mean", c_double * 4),
+        ("rms", c_double * 4),
+        ("bias", c_double * 4),
+        ("expected", c_double * 4),
+    ]
+
+
+class ptzcal_label_row(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("shots", c_uint32),
+        ("failures", c_uint32),
+        ("reserved", c_uint32),
+        ("distance", c_double),
+        ("head_sigma", c_double),
+        ("fixed_sigma", c_double),
+        ("simulated", c_double * 4),
+        ("expected", c_double * 4),
+        ("handoff_simulated", c_double),
+        ("handoff_expected", c_double),
+    ]
+
+
+class ptzcal_plan_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("max_positions", c_uint32),
+        ("pan_min", c_double),
+        ("pan_max", c_double),
+        ("tilt_min", c_double),
+        ("tilt_max", c_double),
+        ("head_sigma", c_double),
+        ("fixed_sigma", c_double),
+        ("target", c_double),
+    ]
+
+
+class ptzcal_plan_summary(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("pan_steps", c_uint32),
+        ("tilt_steps", c_uint32),
+        ("grid_seen", c_uint32),
+        ("shots", c_uint32),
+        ("limited_by", c_int32),
+        ("grid_rms", c_double),
+        ("grid_semi_axis", c_double),
+        ("limit_rms", c_double),
+    ]
+
+
 ptzcal_log_fn = CFUNCTYPE(None, c_void_p, c_int32, c_char_p)
 ptzcal_move_end_fn = CFUNCTYPE(
     None, c_void_p, c_uint64, c_int32, c_int32, c_double, c_double

@@ -148,6 +148,7 @@ class ScanOptions(Handle):
         journal_sync: bool,
         recording: Optional[_native.Path],
         reconnect: float,
+        target_accuracy: float,
         cancel: Optional[Cancel],
     ) -> None:
         self._make(lib.ptzcal_scan_options_new)
@@ -166,6 +167,7 @@ class ScanOptions(Handle):
         if journal is not None:
             self._set("journal", _native.path(journal), bool(journal_sync))
         self._set("reconnect", reconnect)
+        self._set("target_accuracy", target_accuracy)
         if recording is not None:
             self._set("recording", _native.path(recording))
         self._set("cancel", pointer_of(cancel))
