@@ -34,6 +34,7 @@ mod fuzz;
 pub mod geometry;
 pub mod image;
 pub mod pose;
+pub mod pointing;
 pub mod probe;
 pub mod ptz;
 pub mod rgbd;

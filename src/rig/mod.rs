@@ -193,13 +193,7 @@ impl Rig {
     /// # Errors
     /// As [`aim_at_point`] and [`move_to`](Self::move_to).
     pub fn aim_at_point(&mut self, point: &Vector3<f64>, cancel: &Cancel) -> Result<Aim> {
-        let mut aim = aim_at_point(&self.model, point)?;
-        // A head that turns further than half way round may read the same direction a turn on.
-        let turn = std::f64::consts::TAU / self.model.encoders.pan_scale.abs();
-        let [low, high] = self.capabilities.pan_range;
-        if let Some(pan) = [aim.pan, aim.pan + turn, aim.pan - turn].into_iter().find(|p| (low..=high).contains(p)) {
-            aim.pan = pan;
-        }
+        let aim = aim_at_point(&self.model, point)?.turned_into(&self.model, self.capabilities.pan_range);
         self.move_to(aim.pan, aim.tilt, cancel)?;
         Ok(aim)
     }

@@ -1,0 +1,107 @@
+//! What a pixel's ray ends at: a plane, the surface that a point cloud samples, or a known distance.
+//! All three become a plane about the target with a covariance.
+
+use nalgebra::{Matrix4, Matrix4x3, Vector3};
+
+use super::cloud::CloudSurface;
+use crate::error::{Error, Result};
+use crate::geometry::{Plane, Ray};
+use crate::pose::PlaneEstimate;
+
+/// A plane n . x = d of the world and how well it is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UncertainPlane {
+    pub plane: Plane,
+    /// Of n's three components and d (metres), in that order, positive semi-definite; zero: exact.
+    pub covariance: Matrix4<f64>,
+}
+
+impl UncertainPlane {
+    /// A plane that is known exactly.
+    pub fn exact(plane: Plane) -> Self {
+        Self { plane, covariance: Matrix4::zeros() }
+    }
+
+    /// # Errors
+    /// `NotFinite`, `InvalidArgument`: no unit normal, or a covariance that is none.
+    pub fn validate(&self) -> Result<()> {
+        let Plane { normal, distance } = &self.plane;
+        if let Some(index) = normal.iter().chain([distance]).position(|v| !v.is_finite()) {
+            return Err(Error::NotFinite { name: "plane", index });
+        }
+        if (normal.norm() - 1.0).abs() > 1e-6 {
+            return Err(Error::invalid("plane", format!("its normal has length {}, not 1", normal.norm())));
+        }
+        crate::calibrate::uncertainty::semidefinite(&self.covariance, "plane covariance")
+    }
+}
+
+/// The plane that was measured, with its covariance.
+impl From<&PlaneEstimate> for UncertainPlane {
+    fn from(estimate: &PlaneEstimate) -> Self {
+        let plane = estimate.plane();
+        let (n, d) = (plane.normal, plane.distance);
+        // normal = m / |m|, distance = 1 / |m| for m = normal / distance.
+        let mut by = Matrix4x3::zeros();
+        by.fixed_view_mut::<3, 3>(0, 0).copy_from(&((nalgebra::Matrix3::identity() - n * n.transpose()) * d));
+        by.fixed_view_mut::<1, 3>(3, 0).copy_from(&(-n.transpose() * (d * d)));
+        Self { plane, covariance: by * estimate.covariance * by.transpose() }
+    }
+}
+
+/// Where along its ray a pixel's target is.
+#[derive(Debug, Clone, Copy)]
+pub enum Depth<'a> {
+    /// On a plane: the floor, a wall, the road.
+    Plane(&'a UncertainPlane),
+    /// On the surface that a point cloud samples.
+    Cloud(&'a CloudSurface),
+    /// At a known distance along the ray, with its standard deviation; metres.
+    Distance { metres: f64, sigma: f64 },
+}
+
+/// How sure it is which surface a ray meets.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Edge {
+    /// Distance of what may be seen past the edge instead, metres along the ray; `None`: nothing there.
+    pub behind: Option<f64>,
+}
+
+/// The surface about a target, as a plane.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Meeting {
+    pub plane: UncertainPlane,
+    pub edge: Option<Edge>,
+}
+
+impl Depth<'_> {
+    /// `cone`: standard deviation of the ray's direction, radians.
+    pub(super) fn meeting(&self, ray: &Ray, cone: f64) -> Result<Meeting> {
+        match *self {
+            Self::Plane(plane) => {
+                plane.validate()?;
+                Ok(Meeting { plane: *plane, edge: None })
+            }
+            Self::Cloud(cloud) => {
+                let hit = cloud.hit(ray, cone)?;
+                Ok(Meeting { plane: across(ray, hit.distance, hit.normal, hit.variance), edge: hit.edge })
+            }
+            Self::Distance { metres, sigma } => {
+                if let Some(index) = [metres, sigma].iter().position(|v| !v.is_finite()) {
+                    return Err(Error::NotFinite { name: "distance", index });
+                }
+                if metres <= 0.0 || sigma < 0.0 {
+                    return Err(Error::invalid("distance", format!("{metres} m, standard deviation {sigma} m")));
+                }
+                Ok(Meeting { plane: across(ray, metres, ray.direction, sigma * sigma), edge: None })
+            }
+        }
+    }
+}
+
+/// The plane through a ray's point whose distance along the ray has a variance.
+fn across(ray: &Ray, distance: f64, normal: Vector3<f64>, variance: f64) -> UncertainPlane {
+    let mut covariance = Matrix4::zeros();
+    covariance[(3, 3)] = variance * normal.dot(&ray.direction).powi(2);
+    UncertainPlane { plane: Plane { normal, distance: normal.dot(&ray.at(distance)) }, covariance }
+}
