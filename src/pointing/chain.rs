@@ -14,11 +14,13 @@ use crate::geometry::{HeadImage, RIG_PARAMETERS, Ray, RigModel, Rigid};
 pub(super) const STATION: usize = RIG_PARAMETERS;
 /// First column of the fixed camera's parameters.
 pub(super) const CAMERA: usize = STATION + 6;
-/// Columns after the camera's: the click's pixel, the head's pan and tilt, a plane's normal and distance.
+/// Columns after the camera's: the click's pixel, the head's pan and tilt, a plane's normal and distance,
+/// a lens other than the rig's own.
 const CLICK: usize = 0;
 const HEAD: usize = 2;
 const PLANE: usize = 4;
-const EXTRA: usize = 8;
+const LENS: usize = 8;
+const EXTRA: usize = LENS + 7;
 
 /// What is uncertain in one pointing: rig, station and camera jointly, and independent of them and of
 /// each other the click, the head's coming to rest and the surface.
@@ -26,6 +28,8 @@ const EXTRA: usize = 8;
 pub(super) struct Noise {
     covariance: DMatrix<f64>,
     joint: usize,
+    /// First of the seven columns of the head camera's lens (and the laser with it).
+    lens: usize,
 }
 
 /// A vector with its derivatives by the columns of [`Noise`].
@@ -49,7 +53,7 @@ impl Noise {
         covariance.view_mut((0, 0), (n, n)).copy_from(joint);
         covariance.view_mut((n + CLICK, n + CLICK), (2, 2)).copy_from(click);
         (0..2).for_each(|i| covariance[(n + HEAD + i, n + HEAD + i)] = head[i] * head[i]);
-        Self { covariance, joint: n }
+        Self { covariance, joint: n, lens: 0 }
     }
 
     /// The same with what is not known of a surface.
@@ -59,12 +63,17 @@ impl Noise {
         self
     }
 
-    /// The same with another lens: covariance of the rig's first seven parameters, independent of all else.
+    /// The same with another lens: covariance of the rig's first seven parameters at its zoom, which
+    /// has nothing to do with all else.
     pub fn with_lens(mut self, lens: &SMatrix<f64, 7, 7>) -> Self {
-        self.covariance.rows_mut(0, 7).fill(0.0);
-        self.covariance.columns_mut(0, 7).fill(0.0);
-        self.covariance.view_mut((0, 0), (7, 7)).copy_from(lens);
+        self.lens = self.joint + LENS;
+        self.covariance.view_mut((self.lens, self.lens), (7, 7)).copy_from(lens);
         self
+    }
+
+    /// The column of a rig parameter.
+    fn rig_column(&self, parameter: usize) -> usize {
+        if parameter < 7 { self.lens + parameter } else { parameter }
     }
 
     pub fn covariance_of<const N: usize>(&self, x: &Linear<N>) -> SMatrix<f64, N, N> {
@@ -118,9 +127,9 @@ impl Noise {
             ray.direction_by[2] * v.x + ray.direction_by[3] * v.y
         };
         // A lens that images the same direction further out has the pixel see further in.
-        direction.by.set_column(4, &turn(Vector2::new(k.cx, k.cy) - pixel));
-        direction.by.set_column(5, &turn(-Vector2::x()));
-        direction.by.set_column(6, &turn(-Vector2::y()));
+        direction.by.set_column(self.lens + 4, &turn(Vector2::new(k.cx, k.cy) - pixel));
+        direction.by.set_column(self.lens + 5, &turn(-Vector2::x()));
+        direction.by.set_column(self.lens + 6, &turn(-Vector2::y()));
         direction.by.set_column(self.joint + CLICK, &turn(Vector2::x()));
         direction.by.set_column(self.joint + CLICK + 1, &turn(Vector2::y()));
         let e = &rig.encoders;
@@ -153,8 +162,8 @@ impl Noise {
         let by_world = image.by_point * back;
         let mut by = by_world * &point.by;
         for (i, b) in image.by.iter().enumerate() {
-            let sum = by.column(i) + b;
-            by.set_column(i, &sum);
+            let sum = by.column(self.rig_column(i)) + b;
+            by.set_column(self.rig_column(i), &sum);
         }
         let turned = by_world * skew(&arm);
         let mut of_station = by.columns_mut(STATION, 6);
@@ -187,12 +196,17 @@ impl Noise {
         UncertainPixel { pixel: pixel.value, covariance: self.covariance_of(pixel) }
     }
 
-    /// Where a ray meets a plane, and its distance with the standard deviation that it has along the
-    /// ray alone.
+    /// Where a ray meets a plane. `surface_by` says how the surface there moves with rig and station
+    /// that measured it: derivatives by the columns up to the camera's.
     ///
     /// # Errors
     /// `Unreachable`: the plane is not in front of the ray's origin.
-    pub fn meet(&self, ray: &LinearRay, plane: &UncertainPlane) -> Result<Linear<3>> {
+    pub fn meet(
+        &self,
+        ray: &LinearRay,
+        plane: &UncertainPlane,
+        surface_by: impl Fn(&Vector3<f64>) -> Result<Option<SMatrix<f64, 3, CAMERA>>>,
+    ) -> Result<Linear<3>> {
         let (o, d, n) = (&ray.origin, &ray.direction, &plane.plane.normal);
         let slope = n.dot(&d.value);
         let gap = plane.plane.distance - n.dot(&o.value);
@@ -207,6 +221,10 @@ impl Noise {
         let first = self.joint + PLANE;
         by.columns_mut(first, 3).copy_from(&(-along * point.transpose()));
         by.set_column(first + 3, &along);
+        if let Some(surface) = surface_by(&point)? {
+            let mut common = by.columns_mut(0, CAMERA);
+            common += along * n.transpose() * surface;
+        }
         Ok(Linear { value: point, by })
     }
 

@@ -7,7 +7,8 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use super::surface::Edge;
+use super::plane::{self, Sample};
+use super::surface::{Edge, MeasuredBy};
 use super::tree::Tree;
 use crate::error::{Error, Result};
 use crate::geometry::Ray;
@@ -18,13 +19,18 @@ const MIN_SUPPORT: usize = 3;
 /// A disc reaches as far as its eighth neighbour: in a square grid to the diagonal one, twice as far as
 /// a ray can be from the nearest sample.
 const SPACING_NEIGHBOURS: usize = 8;
-/// Points that the local plane is fitted to, at most.
-const FIT_NEIGHBOURS: usize = 24;
+/// Points that the local plane is fitted to: wanted, and at most.
+const FIT_POINTS: [usize; 2] = [16, 64];
+/// How often they are looked for in a wider tube about the ray, each time half as wide again.
+const WIDENINGS: usize = 5;
+/// Surfaces steeper against the ray than this many metres a metre are not told from edges.
+const STEEPEST: f64 = 4.0;
 /// No disc is larger than this as seen from the ray's origin, radians: a lonely point is no surface.
 const LARGEST_DISC: f64 = 0.05;
-/// Residuals of the local plane beyond this many standard deviations lose their weight (Tukey).
-const TUKEY: f64 = 4.685;
-const ROUNDS: usize = 8;
+/// A surface ends where the ray is nearer to its last points than this many of its standard deviations.
+const EDGE_SIGMAS: f64 = 2.0;
+/// Part of the points about the ray that have to lie on one plane.
+const FLAT: f64 = 0.75;
 
 /// How well the points of a cloud are known.
 #[derive(Debug, Clone, Copy)]
@@ -45,6 +51,7 @@ pub struct CloudSurface {
     covariances: Vec<Matrix3<f64>>,
     /// Radius of each point's disc, metres.
     discs: Vec<f64>,
+    measured_by: MeasuredBy,
 }
 
 /// Where a ray meets a cloud's surface.
@@ -73,7 +80,7 @@ impl CloudSurface {
     /// # Errors
     /// `TooFewPoints` below four; `NotFinite`; `InvalidArgument`: variances or covariances of another
     /// number than the points, or that are none; all points in one place.
-    pub fn new(positions: &[Vector3<f64>], noise: PointNoise<'_>) -> Result<Self> {
+    pub fn new(positions: &[Vector3<f64>], noise: PointNoise<'_>, measured_by: MeasuredBy) -> Result<Self> {
         if positions.len() < MIN_POINTS {
             return Err(Error::TooFewPoints { given: positions.len(), needed: MIN_POINTS });
         }
@@ -90,7 +97,11 @@ impl CloudSurface {
             true => covariances,
             false => tree.order().iter().map(|i| covariances[*i as usize]).collect(),
         };
-        Ok(Self { tree, covariances, discs })
+        Ok(Self { tree, covariances, discs, measured_by })
+    }
+
+    pub fn measured_by(&self) -> MeasuredBy {
+        self.measured_by
     }
 
     pub fn len(&self) -> usize {
@@ -106,15 +117,19 @@ impl CloudSurface {
     /// # Errors
     /// `NotFound`: no surface near the ray.
     pub fn hit(&self, ray: &Ray, deviation: f64) -> Result<CloudHit> {
-        let clusters = self.clusters(ray, deviation);
         let none = || Error::NotFound { reason: "the cloud has no surface near the ray".into() };
-        let mut hits = clusters.iter().filter_map(|c| self.fit(ray, c));
-        let first = hits.next().ok_or_else(none)?;
-        let edge = match first.edge {
-            Some(_) => Some(Edge { behind: hits.next().map(|h| h.distance) }),
-            None => None,
+        let clusters = self.clusters(ray, deviation);
+        let fitted: Vec<Option<CloudHit>> = clusters.iter().map(|c| self.fit(ray, deviation, c)).collect();
+        let first = fitted.iter().position(Option::is_some).ok_or_else(none)?;
+        let mut hits = fitted[first..].iter().flatten();
+        let hit = *hits.next().ok_or_else(none)?;
+        // Points in front that make no surface may be one that was sampled too thinly.
+        let edge = match (first, hit.edge) {
+            (0, None) => None,
+            (0, Some(_)) => Some(Edge { other: hits.next().map(|h| h.distance) }),
+            _ => Some(Edge { other: clusters[0].first().map(|c| c.along) }),
         };
-        Ok(CloudHit { edge, ..first })
+        Ok(CloudHit { edge, ..hit })
     }
 
     /// Discs that the ray meets, front to back, in groups that are one surface each.
@@ -142,7 +157,6 @@ impl CloudSurface {
                 _ => clusters.push(vec![c]),
             }
         }
-        clusters.retain(|c| c.len() >= MIN_SUPPORT);
         clusters
     }
 
@@ -152,114 +166,90 @@ impl CloudSurface {
     }
 
     /// The surface of a cluster's discs, where the ray meets it.
-    fn fit(&self, ray: &Ray, cluster: &[Candidate]) -> Option<CloudHit> {
-        let guess = ray.at(cluster[cluster.len() / 2].along);
-        let near = self.tree.nearest(&guess, FIT_NEIGHBOURS);
-        let points = self.tree.points();
-        let e1 = ray.direction.cross(&Vector3::ith(ray.direction.iamin(), 1.0)).normalize();
-        let e2 = ray.direction.cross(&e1);
-        let reach = near.iter().map(|i| (points[*i] - guess).norm_squared()).fold(0.0, f64::max).sqrt();
-        let samples: Vec<Sample> = near
-            .iter()
-            .map(|&i| {
-                let offset = points[i] - guess;
-                let across = Vector2::new(e1.dot(&offset), e2.dot(&offset));
-                // A kernel (Epanechnikov) that ends beyond the last neighbour.
-                let kernel = 1.0 - across.norm_squared() / (1.21 * reach * reach).max(1e-300);
-                Sample { index: i, across, along: ray.direction.dot(&offset), kernel: kernel.max(0.0) }
-            })
-            .collect();
-        let fit = self.robust_plane(&samples, ray, &e1, &e2)?;
+    fn fit(&self, ray: &Ray, deviation: f64, cluster: &[Candidate]) -> Option<CloudHit> {
+        if cluster.len() < MIN_SUPPORT {
+            return None;
+        }
+        let middle = &cluster[cluster.len() / 2];
+        let guess = ray.at(middle.along);
+        let samples = self.samples(ray, &guess, middle)?;
+        let fit = plane::fit(&samples)?;
         let distance = (guess - ray.origin).norm() + fit.offset;
-        let normal = (ray.direction - e1 * fit.slope.x - e2 * fit.slope.y).normalize();
-        let inside = surrounded(samples.iter().zip(&fit.weights).filter(|(_, w)| **w > 0.0).map(|(s, _)| s.across));
-        Some(CloudHit {
+        let axes = axes(ray);
+        let normal = (axes[0] - axes[1] * fit.slope.x - axes[2] * fit.slope.y).normalize();
+        let margin = EDGE_SIGMAS * deviation * distance;
+        let on_surface: Vec<Vector2<f64>> =
+            samples.iter().zip(&fit.used).filter(|(_, used)| **used).map(|(s, _)| s.row.yz()).collect();
+        let flat = on_surface.len() as f64 >= FLAT * samples.len() as f64;
+        let sure = flat && surrounds(&on_surface, margin);
+        let hit = CloudHit {
             distance,
             variance: fit.variance,
             normal,
-            points: fit.weights.iter().filter(|w| **w > 0.0).count(),
-            edge: (!inside).then_some(Edge { behind: None }),
-        })
-        .filter(|h| h.distance > 0.0 && h.distance.is_finite() && h.variance.is_finite())
+            points: on_surface.len(),
+            edge: (!sure).then_some(Edge { other: None }),
+        };
+        Some(hit).filter(|h| h.distance > 0.0 && h.distance.is_finite() && h.variance.is_finite())
     }
 
-    /// along = offset + slope . across by weighted least squares, reweighted.
-    fn robust_plane(&self, samples: &[Sample], ray: &Ray, e1: &Vector3<f64>, e2: &Vector3<f64>) -> Option<LocalPlane> {
-        let known = !self.covariances.is_empty();
-        let mut slope = Vector2::zeros();
-        let mut robust: Vec<f64> = vec![1.0; samples.len()];
-        let mut result = None;
-        for _ in 0..ROUNDS {
-            // Of each sample's distance from the plane along the ray.
-            let n = ray.direction - e1 * slope.x - e2 * slope.y;
-            let variances: Vec<f64> =
-                samples.iter().map(|s| if known { self.noise(s.index, &n).max(1e-18) } else { 1.0 }).collect();
-            let mut h = Matrix3::zeros();
-            let mut meat = Matrix3::zeros();
-            let mut g = Vector3::zeros();
-            for ((s, v), r) in samples.iter().zip(&variances).zip(&robust) {
-                let row = Vector3::new(1.0, s.across.x, s.across.y);
-                let w = r * s.kernel / v;
-                h += row * row.transpose() * w;
-                meat += row * row.transpose() * (w * w * v);
-                g += row * (w * s.along);
+    /// The points about a place on the ray, in its axes: those next to the ray, of which there are
+    /// enough, wider than their noise reaches across it and not behind or before each other.
+    fn samples(&self, ray: &Ray, place: &Vector3<f64>, about: &Candidate) -> Option<Vec<Sample>> {
+        let (points, axes) = (self.tree.points(), axes(ray));
+        let turn = Matrix3::from_columns(&axes);
+        let (along, total) = match self.covariances.get(about.index) {
+            Some(c) => (ray.direction.dot(&(c * ray.direction)), c.trace()),
+            None => (0.0, 0.0),
+        };
+        let across = (total - along).max(0.0).sqrt();
+        let mut tube = (2.0 * self.discs[about.index]).max(3.0 * across);
+        let mut found = Vec::new();
+        for _ in 0..WIDENINGS {
+            let window = STEEPEST * tube + 4.0 * along.sqrt();
+            found.clear();
+            self.tree.within(place, tube.hypot(window), |i| {
+                let [z, x, y] = axes.map(|e| e.dot(&(points[i] - place)));
+                let r = x.hypot(y);
+                if r <= tube && z.abs() <= window {
+                    found.push((r, i, Vector3::new(z, x, y)));
+                }
+            });
+            if found.len() >= FIT_POINTS[0] {
+                break;
             }
-            let inverse = h.try_inverse()?;
-            let x = inverse * g;
-            slope = x.yz();
-            let residual = |s: &Sample| s.along - x.x - slope.dot(&s.across);
-            let mut sizes: Vec<f64> =
-                samples.iter().zip(&variances).map(|(s, v)| residual(s).abs() / v.sqrt()).collect();
-            // Scale of the residuals: median, no less than what the noise says.
-            let mut sorted = sizes.clone();
-            sorted.sort_by(f64::total_cmp);
-            let median = 1.4826 * sorted[sorted.len() / 2];
-            let scale = if known { median.max(1.0) } else { median.max(1e-12) };
-            sizes.iter_mut().for_each(|s| *s /= scale);
-            // chi-square of the weighted residuals beside what it should be.
-            let used: Vec<bool> = robust.iter().zip(samples).map(|(r, s)| *r > 0.0 && s.kernel > 0.0).collect();
-            let count = used.iter().filter(|u| **u).count();
-            if count < MIN_SUPPORT {
-                return None;
-            }
-            let (mut sum, mut total) = (0.0, 0.0);
-            for ((s, v), r) in samples.iter().zip(&variances).zip(&robust) {
-                sum += r * s.kernel * residual(s).powi(2) / v;
-                total += r * s.kernel;
-            }
-            let spread = if count > 3 { sum / total * count as f64 / (count - 3) as f64 } else { 0.0 };
-            let factor = if known { spread.max(1.0) } else { spread };
-            let variance = (inverse * meat * inverse)[(0, 0)] * factor;
-            let weights = robust.iter().zip(samples).map(|(r, s)| r * s.kernel).collect();
-            result = Some(LocalPlane { offset: x.x, slope, variance, weights });
-            robust = sizes.iter().map(|s| (1.0 - (s / TUKEY).powi(2)).max(0.0).powi(2)).collect();
+            tube *= 1.5;
         }
-        result
+        found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        found.truncate(FIT_POINTS[1]);
+        let reach = 1.1 * found.last()?.0;
+        let sample = |(r, i, p): &(f64, usize, Vector3<f64>)| Sample {
+            row: Vector3::new(1.0, p.y, p.z),
+            along: p.x,
+            // Epanechnikov's kernel, which ends beyond the last of them.
+            kernel: 1.0 - (r / reach).powi(2),
+            covariance: self.covariances.get(*i).map(|c| turn.transpose() * c * turn),
+        };
+        (reach > 0.0).then(|| found.iter().map(sample).collect())
     }
 }
 
-struct Sample {
-    index: usize,
-    across: Vector2<f64>,
-    along: f64,
-    kernel: f64,
+/// Along the ray and two across it.
+fn axes(ray: &Ray) -> [Vector3<f64>; 3] {
+    let e1 = ray.direction.cross(&Vector3::ith(ray.direction.iamin(), 1.0)).normalize();
+    [ray.direction, e1, ray.direction.cross(&e1)]
 }
 
-struct LocalPlane {
-    offset: f64,
-    slope: Vector2<f64>,
-    variance: f64,
-    weights: Vec<f64>,
-}
-
-/// Is the origin inside the convex hull of the points?
-fn surrounded(points: impl Iterator<Item = Vector2<f64>>) -> bool {
-    let mut angles: Vec<f64> = points.map(|p| p.y.atan2(p.x)).collect();
-    angles.sort_by(f64::total_cmp);
-    let (Some(first), Some(last)) = (angles.first(), angles.last()) else { return false };
-    let round = first + std::f64::consts::TAU - last;
-    let widest = angles.windows(2).map(|a| a[1] - a[0]).fold(round, f64::max);
-    widest < std::f64::consts::PI
+/// Are all places within `margin` of the origin inside the convex hull of the points?
+fn surrounds(points: &[Vector2<f64>], margin: f64) -> bool {
+    (0..8).all(|i| {
+        let (sin, cos) = (f64::from(i) * std::f64::consts::FRAC_PI_4).sin_cos();
+        let place = Vector2::new(cos, sin) * margin;
+        let mut angles: Vec<f64> = points.iter().map(|p| (p.y - place.y).atan2(p.x - place.x)).collect();
+        angles.sort_by(f64::total_cmp);
+        let (Some(first), Some(last)) = (angles.first(), angles.last()) else { return false };
+        let round = first + std::f64::consts::TAU - last;
+        angles.windows(2).map(|a| a[1] - a[0]).fold(round, f64::max) < std::f64::consts::PI
+    })
 }
 
 fn covariances(points: usize, noise: PointNoise<'_>) -> Result<Vec<Matrix3<f64>>> {

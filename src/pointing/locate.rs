@@ -49,7 +49,7 @@ impl Pointer {
         let (noise, ray) = self.head_ray(at, zoom, click)?;
         let meeting = depth.meeting(&ray.ray(), ray.angular_deviation(&noise))?;
         let noise = noise.with_plane(&meeting.plane);
-        let point = noise.meet(&ray, &meeting.plane)?;
+        let point = noise.meet(&ray, &meeting.plane, |p| self.surface_by(p, meeting.plane.measured_by))?;
         let Ray { origin, direction } = ray.ray();
         let distance = (point.value - origin).norm();
         let covariance = noise.covariance_of(&point);

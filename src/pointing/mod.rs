@@ -11,6 +11,7 @@
 mod chain;
 mod cloud;
 mod locate;
+mod plane;
 mod surface;
 mod sweep;
 mod tree;
@@ -24,13 +25,14 @@ use crate::calibrate::{Calibration, UncertainPixel, UncertainPoint};
 use crate::device::PtzCapabilities;
 use crate::error::{Error, Result};
 use crate::geometry::rig_model::LaserLine;
+use crate::geometry::rigid::skew;
 use crate::geometry::{RIG_PARAMETERS, RigModel, Rigid, ZoomCurve};
 use crate::rig::aim::aim_at_point;
 
 use chain::{CAMERA, Linear, Noise, STATION, in_station};
 pub use cloud::{CloudHit, CloudSurface, PointNoise};
 pub use locate::{Located, LocatedAlong};
-pub use surface::{Depth, Edge, UncertainPlane};
+pub use surface::{Depth, Edge, MeasuredBy, UncertainPlane};
 pub use sweep::{Sweep, SweepPoint};
 
 /// Beyond this relative standard deviation of the distance the linearised chain no longer covers: such
@@ -256,12 +258,31 @@ impl Pointer {
         let ray = noise.fixed_ray(&seen);
         let meeting = depth.meeting(&ray.ray(), ray.angular_deviation(&noise))?;
         let noise = noise.with_plane(&meeting.plane);
-        let point = noise.meet(&ray, &meeting.plane)?;
+        let point = noise.meet(&ray, &meeting.plane, |p| self.surface_by(p, meeting.plane.measured_by))?;
         let distance = (point.value - seen.ray.origin).norm();
         let along = seen.ray.direction;
         let deviation = along.dot(&(noise.covariance_of(&point) * along)).max(0.0).sqrt();
         check_distance(distance, deviation)?;
         Ok(Target { noise, point, distance, edge: meeting.edge })
+    }
+
+    /// How a surface that this rig measured moves with what is uncertain of rig and station.
+    fn surface_by(&self, point: &Vector3<f64>, measured_by: MeasuredBy) -> Result<Option<SMatrix<f64, 3, CAMERA>>> {
+        if measured_by == MeasuredBy::Others {
+            return Ok(None);
+        }
+        let shot = aim_at_point(&self.rig, &in_station(&self.station, point))?;
+        let unlit = || Error::Unreachable { reason: "this rig's laser cannot have measured the target".into() };
+        let weight = Matrix2::identity();
+        let by_rig = self.rig.measured_point_by(shot.pan, shot.tilt, 1.0 / shot.depth, &weight).ok_or_else(unlit)?;
+        let mut by = SMatrix::<f64, 3, CAMERA>::zeros();
+        for (i, moved) in by_rig.iter().enumerate() {
+            by.set_column(i, &(self.station.rotation * moved));
+        }
+        let arm = point - self.station.translation;
+        by.fixed_view_mut::<3, 3>(0, STATION).copy_from(&-skew(&arm));
+        by.fixed_view_mut::<3, 3>(0, STATION + 3).fill_with_identity();
+        Ok(Some(by))
     }
 
     fn clicked(&self, click: &Click) -> Result<crate::calibrate::uncertainty::RayDerivatives> {

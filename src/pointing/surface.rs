@@ -8,18 +8,43 @@ use crate::error::{Error, Result};
 use crate::geometry::{Plane, Ray};
 use crate::pose::PlaneEstimate;
 
+/// Who measured a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(u32)]
+pub enum MeasuredBy {
+    /// Anything else: its errors have nothing to do with the rig's.
+    #[default]
+    Others = 0,
+    /// The laser of this rig, from where it stands now: what is wrong with the rig is wrong with the
+    /// surface too, and largely cancels when the same rig aims at it.
+    ThisRig = 1,
+}
+
 /// A plane n . x = d of the world and how well it is known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UncertainPlane {
     pub plane: Plane,
     /// Of n's three components and d (metres), in that order, positive semi-definite; zero: exact.
+    /// Of a plane that this rig measured only what its shots' noise makes of it.
     pub covariance: Matrix4<f64>,
+    pub measured_by: MeasuredBy,
 }
 
 impl UncertainPlane {
     /// A plane that is known exactly.
     pub fn exact(plane: Plane) -> Self {
-        Self { plane, covariance: Matrix4::zeros() }
+        Self { plane, covariance: Matrix4::zeros(), measured_by: MeasuredBy::Others }
+    }
+
+    /// A plane that was fitted, with its covariance.
+    pub fn estimated(estimate: &PlaneEstimate, measured_by: MeasuredBy) -> Self {
+        let plane = estimate.plane();
+        let (n, d) = (plane.normal, plane.distance);
+        // normal = m / |m|, distance = 1 / |m| for m = normal / distance.
+        let mut by = Matrix4x3::zeros();
+        by.fixed_view_mut::<3, 3>(0, 0).copy_from(&((nalgebra::Matrix3::identity() - n * n.transpose()) * d));
+        by.fixed_view_mut::<1, 3>(3, 0).copy_from(&(-n.transpose() * (d * d)));
+        Self { plane, covariance: by * estimate.covariance * by.transpose(), measured_by }
     }
 
     /// # Errors
@@ -36,19 +61,6 @@ impl UncertainPlane {
     }
 }
 
-/// The plane that was measured, with its covariance.
-impl From<&PlaneEstimate> for UncertainPlane {
-    fn from(estimate: &PlaneEstimate) -> Self {
-        let plane = estimate.plane();
-        let (n, d) = (plane.normal, plane.distance);
-        // normal = m / |m|, distance = 1 / |m| for m = normal / distance.
-        let mut by = Matrix4x3::zeros();
-        by.fixed_view_mut::<3, 3>(0, 0).copy_from(&((nalgebra::Matrix3::identity() - n * n.transpose()) * d));
-        by.fixed_view_mut::<1, 3>(3, 0).copy_from(&(-n.transpose() * (d * d)));
-        Self { plane, covariance: by * estimate.covariance * by.transpose() }
-    }
-}
-
 /// Where along its ray a pixel's target is.
 #[derive(Debug, Clone, Copy)]
 pub enum Depth<'a> {
@@ -60,11 +72,12 @@ pub enum Depth<'a> {
     Distance { metres: f64, sigma: f64 },
 }
 
-/// How sure it is which surface a ray meets.
+/// The surface ends or bends about the ray, or its points are too far apart to tell: the stated
+/// covariance is that of the surface that was taken for the target's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Edge {
-    /// Distance of what may be seen past the edge instead, metres along the ray; `None`: nothing there.
-    pub behind: Option<f64>,
+    /// Distance of what the ray may meet instead, metres; `None`: nothing that the cloud shows.
+    pub other: Option<f64>,
 }
 
 /// The surface about a target, as a plane.
@@ -84,7 +97,7 @@ impl Depth<'_> {
             }
             Self::Cloud(cloud) => {
                 let hit = cloud.hit(ray, cone)?;
-                Ok(Meeting { plane: across(ray, hit.distance, hit.normal, hit.variance), edge: hit.edge })
+                Ok(Meeting { plane: across(ray, hit.distance, hit.normal, hit.variance, cloud.measured_by()), edge: hit.edge })
             }
             Self::Distance { metres, sigma } => {
                 if let Some(index) = [metres, sigma].iter().position(|v| !v.is_finite()) {
@@ -93,15 +106,21 @@ impl Depth<'_> {
                 if metres <= 0.0 || sigma < 0.0 {
                     return Err(Error::invalid("distance", format!("{metres} m, standard deviation {sigma} m")));
                 }
-                Ok(Meeting { plane: across(ray, metres, ray.direction, sigma * sigma), edge: None })
+                Ok(Meeting { plane: across(ray, metres, ray.direction, sigma * sigma, MeasuredBy::Others), edge: None })
             }
         }
     }
 }
 
 /// The plane through a ray's point whose distance along the ray has a variance.
-fn across(ray: &Ray, distance: f64, normal: Vector3<f64>, variance: f64) -> UncertainPlane {
+fn across(
+    ray: &Ray,
+    distance: f64,
+    normal: Vector3<f64>,
+    variance: f64,
+    measured_by: MeasuredBy,
+) -> UncertainPlane {
     let mut covariance = Matrix4::zeros();
     covariance[(3, 3)] = variance * normal.dot(&ray.direction).powi(2);
-    UncertainPlane { plane: Plane { normal, distance: normal.dot(&ray.at(distance)) }, covariance }
+    UncertainPlane { plane: Plane { normal, distance: normal.dot(&ray.at(distance)) }, covariance, measured_by }
 }

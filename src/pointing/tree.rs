@@ -1,4 +1,4 @@
-//! A k-d tree over points: nearest neighbours, and all points near a ray.
+//! A k-d tree over points: their spacing, and the points near a place or a ray.
 
 use nalgebra::Vector3;
 
@@ -44,11 +44,17 @@ impl Tree {
         self.points.iter().map(|p| self.search(p, &mut found).sqrt()).collect()
     }
 
-    /// The k nearest points, or all, nearest first.
-    pub fn nearest(&self, to: &Vector3<f64>, k: usize) -> Vec<usize> {
-        let mut found = Nearest::new(k);
-        self.search(to, &mut found);
-        found.0.iter().map(|(_, i)| *i).collect()
+    /// Calls `each` with every point within `radius` of a place.
+    pub fn within(&self, place: &Vector3<f64>, radius: f64, mut each: impl FnMut(usize)) {
+        let square = radius * radius;
+        self.descend(
+            |[low, high]| outside(&[*low, *high], place) <= square,
+            |i| {
+                if (self.points[i] - place).norm_squared() <= square {
+                    each(i);
+                }
+            },
+        );
     }
 
     /// Returns the squared distance of the farthest found.
@@ -84,18 +90,27 @@ impl Tree {
     /// Calls `each` with every point in front of the ray's origin and within `angle` (radians, small) of
     /// the ray.
     pub fn along(&self, ray: &Ray, angle: f64, mut each: impl FnMut(usize)) {
+        self.descend(
+            |limits| near_ray(limits, ray, angle),
+            |i| {
+                let offset = self.points[i] - ray.origin;
+                let along = offset.dot(&ray.direction);
+                if along > 0.0 && offset.norm_squared() - along * along <= (angle * along).powi(2) {
+                    each(i);
+                }
+            },
+        );
+    }
+
+    /// Visits the points of all leaves whose boxes, and those above them, are wanted.
+    fn descend(&self, wanted: impl Fn(&[Vector3<f64>; 2]) -> bool, mut each: impl FnMut(usize)) {
         let mut stack = vec![(0usize, 0u32, 0..self.points.len())];
         while let Some((node, level, range)) = stack.pop() {
-            if range.is_empty() || !near_ray(&self.boxes[node], ray, angle) {
+            if range.is_empty() || !wanted(&self.boxes[node]) {
                 continue;
             }
             if level == self.depth {
-                let inside = |i: &usize| {
-                    let offset = self.points[*i] - ray.origin;
-                    let along = offset.dot(&ray.direction);
-                    along > 0.0 && offset.norm_squared() - along * along <= (angle * along).powi(2)
-                };
-                range.filter(inside).for_each(&mut each);
+                range.for_each(&mut each);
                 continue;
             }
             let middle = halfway(&range);
@@ -178,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_are_those_of_a_search_of_all() {
+    fn points_about_a_place_are_those_of_a_search_of_all() {
         let mut random = Random(1);
         for n in [1, 2, 15, 16, 17, 33, 500, 4097] {
             let points = cloud(n, &mut random);
@@ -190,11 +205,12 @@ mod tests {
                 let to = cloud(1, &mut random)[0];
                 let mut all: Vec<f64> = points.iter().map(|p| (p - to).norm()).collect();
                 all.sort_by(f64::total_cmp);
-                let found = tree.nearest(&to, 7);
-                assert_eq!(found.len(), n.min(7));
-                for (i, wanted) in found.iter().zip(&all) {
-                    assert!(((tree.points()[*i] - to).norm() - wanted).abs() < 1e-12);
-                }
+                let mut found = Vec::new();
+                tree.within(&to, 2.0, |i| found.push((tree.points()[i] - to).norm()));
+                found.sort_by(f64::total_cmp);
+                let wanted = all.partition_point(|d| *d <= 2.0);
+                assert_eq!(found.len(), wanted);
+                assert!(found.iter().zip(&all).all(|(a, b)| (a - b).abs() < 1e-12));
             }
             if n > 20 {
                 let spacings = tree.spacings(3);

@@ -7,7 +7,7 @@ use ptzcal::Error;
 use ptzcal::adjust::{AdjustOptions, Adjusted, Adjustment, CameraSetup, Prior, Shot, Sighting, Station, adjust};
 use ptzcal::geometry::rig_model::{AxisOffsets, Encoders, LaserLine};
 use ptzcal::geometry::{Camera, Distortion, Intrinsics, Plane, RIG_PARAMETERS, RigModel, Rigid};
-use ptzcal::pointing::{AimOptions, Click, CloudSurface, Depth, PointNoise, Pointer, UncertainPlane};
+use ptzcal::pointing::{AimOptions, Click, CloudSurface, Depth, MeasuredBy, PointNoise, Pointer, UncertainPlane};
 use ptzcal::pose::plane_fit::{PlaneFitOptions, fit_plane_to_shots};
 
 use super::thesis::{BOXES, Noise, ROOM, SharedShot, choose, grid};
@@ -182,7 +182,12 @@ impl Setup {
             coverage.clicks += 1;
             return;
         };
+        let before = coverage.sum;
         coverage.count(&(seen - aim.pixel.pixel), &aim.pixel.covariance);
+        if coverage.sum - before > 12.0 && matches!(depth, Depth::Cloud(_)) && std::env::var("DEBUG_POINTING").is_ok() {
+            let true_distance = (target - self.camera.centre()).norm();
+            println!("seed {}: square {:.1} true {true_distance:.3} said {:.3} point {:?} normal-dev {:.4} click {:?}", self.seed, coverage.sum - before, aim.distance, target.as_slice(), aim.point.covariance.trace().sqrt(), click.pixel.as_slice());
+        }
     }
 
     fn noise(&self, part: u64) -> Noise {
@@ -233,7 +238,10 @@ impl Setup {
                 self.adjusted.rig.measure(s.pan, s.tilt, &spot, &covariance).expect("a shot").point
             })
             .collect();
-        let plane = UncertainPlane::from(&fit_plane_to_shots(&shots, &PlaneFitOptions::default()).expect("a floor"));
+        let plane = UncertainPlane::estimated(
+            &fit_plane_to_shots(&shots, &PlaneFitOptions::default()).expect("a floor"),
+            MeasuredBy::ThisRig,
+        );
         for _ in 0..clicks {
             let pixel = Self::random_pixel(&mut noise);
             let Some(target) = floor.intersect_ray(&self.camera.back_project(&pixel).expect("a ray")) else { continue };
@@ -246,28 +254,38 @@ impl Setup {
         coverage
     }
 
-    pub fn cloud(&self) -> (Vec<Vector3<f64>>, Vec<nalgebra::Matrix3<f64>>) {
+    /// What the rig measures of the room with a grid as fine as the other's divided by `finer`.
+    pub fn cloud(&self, finer: u32) -> (Vec<Vector3<f64>>, Vec<nalgebra::Matrix3<f64>>) {
         let mut noise = self.noise(3);
         let covariance = Matrix2::identity() * (SPOT * SPOT);
-        self.grid
-            .iter()
-            .filter_map(|s| {
-                let spot = s.head + noise.pixel(SPOT);
-                let point = self.adjusted.rig.measure(s.pan, s.tilt, &spot, &covariance).ok()?.point;
+        let (columns, rows) = (73 * finer, 59 * finer);
+        (0..columns * rows)
+            .filter_map(|i| {
+                let (column, row) = (f64::from(i % columns), f64::from(i / columns));
+                let pan = (-29.0 + 54.0 * column / f64::from(columns)).to_radians();
+                let tilt = (-21.0 + 40.0 * row / f64::from(rows)).to_radians();
+                let (o, d) = self.rig.laser_in_world(pan, tilt);
+                let spot = self.rig.spot_pixel(1.0 / cast(&o, &d))? + noise.pixel(SPOT);
+                let point = self.adjusted.rig.measure(pan, tilt, &spot, &covariance).ok()?.point;
                 Some((point.point()?, point.point_covariance()?))
             })
             .unzip()
     }
 
     /// Targets anywhere in the picture, on the cloud of the same rig.
-    pub fn on_the_cloud(&self, clicks: usize) -> Coverage {
+    pub fn on_the_cloud(&self, clicks: usize, finer: u32) -> Coverage {
         let (mut coverage, mut noise) = (Coverage::default(), self.noise(4));
-        let (points, covariances) = self.cloud();
-        let cloud = CloudSurface::new(&points, PointNoise::Covariances(&covariances)).expect("a cloud");
+        let (points, covariances) = self.cloud(finer);
+        let cloud = CloudSurface::new(&points, PointNoise::Covariances(&covariances), MeasuredBy::ThisRig).expect("a cloud");
         for _ in 0..clicks {
             let pixel = Self::random_pixel(&mut noise);
             let ray = self.camera.back_project(&pixel).expect("a ray");
             let target = ray.at(cast(&ray.origin, &ray.direction));
+            // A surface of which the rig saw nothing is not in the cloud.
+            let (o, d) = (Vector3::new(0.05, 0.0, 0.0), target - Vector3::new(0.05, 0.0, 0.0));
+            if (cast(&o, &d) - 1.0).abs() > 1e-6 {
+                continue;
+            }
             let click = Click::new(pixel + noise.pixel(CLICK), CLICK);
             self.judge(&mut coverage, &click, &target, &Depth::Cloud(&cloud), &mut noise);
         }
@@ -335,7 +353,7 @@ fn surveyed(truth: &Plane, noise: &mut Noise) -> Option<UncertainPlane> {
     }
     by[(3, 2)] = shift;
     let covariance: Matrix4<f64> = by * by.transpose();
-    Some(UncertainPlane { plane, covariance })
+    Some(UncertainPlane { plane, covariance, measured_by: MeasuredBy::Others })
 }
 
 /// Distance to the first surface of the room, in lengths of `d`.
