@@ -32,6 +32,7 @@ pub mod format;
 #[cfg(test)]
 mod fuzz;
 pub mod geometry;
+pub mod health;
 pub mod image;
 pub mod pose;
 pub mod pointing;
