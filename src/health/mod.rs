@@ -188,7 +188,11 @@ pub fn check_health(
             report.reason = "the spots scatter more than their covariances say, and no move explains it".into();
         }
         _ => {
-            let many = changed as f64 > MANY_CHANGED * seen.len() as f64;
+            // Each depth may pass for noise where all of them together do not.
+            let steady = || pairs.iter().zip(&states).filter(|(_, s)| **s == ShotState::Used);
+            let sum: f64 = steady().filter_map(|(p, _)| Some(p.as_ref()?.depth_chi_square())).sum();
+            let elsewhere = upper_tail(sum, 2.0 * steady().count() as f64) < ODD_SHOT;
+            let many = elsewhere || changed as f64 > MANY_CHANGED * seen.len() as f64;
             explainer.explain(&pairs, &mut states, many, &mut report)?;
         }
     }

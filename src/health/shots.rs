@@ -204,8 +204,12 @@ impl Pair {
 
     /// Probability that the head camera's spot is as far from where it was, by noise.
     pub fn depth_probability(&self) -> f64 {
+        upper_tail(self.depth_chi_square(), 2.0)
+    }
+
+    pub fn depth_chi_square(&self) -> f64 {
         let inverse = self.head_covariance.try_inverse().unwrap_or_else(Matrix2::zeros);
-        upper_tail(self.head_shift.dot(&(inverse * self.head_shift)), 2.0)
+        self.head_shift.dot(&(inverse * self.head_shift))
     }
 
     pub fn pixel_chi_square(&self) -> f64 {
