@@ -111,11 +111,7 @@ impl Explainer<'_> {
     }
 
     /// The camera's move from the shots of unchanged depth, without up to a quarter of outliers.
-    fn moved_camera<'p>(
-        &self,
-        pairs: &'p [Option<Pair>],
-        states: &mut [ShotState],
-    ) -> Option<(Fit, Vec<&'p Pair>)> {
+    fn moved_camera<'p>(&self, pairs: &'p [Option<Pair>], states: &mut [ShotState]) -> Option<(Fit, Vec<&'p Pair>)> {
         let mut used: Vec<usize> = (0..pairs.len()).filter(|i| states[*i] == ShotState::Used).collect();
         let most = (MOST_OUTLIERS * used.len() as f64) as usize;
         let of = |used: &[usize]| -> Vec<&'p Pair> { used.iter().filter_map(|i| pairs[*i].as_ref()).collect() };
@@ -163,7 +159,8 @@ impl Explainer<'_> {
                 let (now, by_rho) = image(&moved, p, rho)?;
                 let (before, by_before) = image(camera, p, p.rho)?;
                 // What a depth has wrong, both images have; of different depths each its own.
-                let (by, variance) = if again { (by_rho, p.variance_again) } else { (by_rho - by_before, p.variance_again) };
+                let (by, variance) =
+                    if again { (by_rho, p.variance_again) } else { (by_rho - by_before, p.variance_again) };
                 Some((p.shift - (now - before), by * by.transpose() * variance))
             })
         };
@@ -233,10 +230,7 @@ fn image(camera: &Camera, p: &Pair, rho: f64) -> Option<(Vector2<f64>, Vector2<f
 }
 
 /// All shots' residuals, each whitened by its own covariance and what comes to it.
-fn whitened(
-    pairs: &[&Pair],
-    residual: impl Fn(&Pair) -> Option<(Vector2<f64>, Matrix2<f64>)>,
-) -> Option<DVector<f64>> {
+fn whitened(pairs: &[&Pair], residual: impl Fn(&Pair) -> Option<(Vector2<f64>, Matrix2<f64>)>) -> Option<DVector<f64>> {
     let mut all = DVector::zeros(2 * pairs.len());
     for (i, p) in pairs.iter().enumerate() {
         let (r, more) = residual(p)?;

@@ -146,8 +146,7 @@ pub fn check_health(
         return Err(Error::invalid("camera covariance", format!("{parameters} x {parameters} expected")));
     }
     shots.iter().enumerate().try_for_each(|(i, s)| s.validate(i))?;
-    let pairs: Vec<Option<Pair>> =
-        shots.iter().map(|s| Pair::new(rig, &calibration.camera, s, options)).collect();
+    let pairs: Vec<Option<Pair>> = shots.iter().map(|s| Pair::new(rig, &calibration.camera, s, options)).collect();
     let mut states: Vec<ShotState> = pairs
         .iter()
         .map(|p| match p {

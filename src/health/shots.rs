@@ -9,7 +9,7 @@ use crate::geometry::{Camera, RigModel};
 use crate::rig::Scan;
 
 /// Steepest surface whose depth the head's rest moves, metres a metre.
-const STEEPEST: f64 = 1.7;
+const STEEPEST: f64 = 2.0;
 /// Error of a calibration in its own image, pixels: what weighs its depth against the head camera's.
 const MODEL_SIGMA: f64 = 0.5;
 /// Two readings are the same within this, radians.
@@ -103,8 +103,8 @@ pub fn choose_shots(scan: &Scan, camera: usize, count: usize) -> Result<Vec<usiz
     Ok(chosen)
 }
 
-/// The shots of one scan with those of a later one at the same readings. Shots that were not seen by
-/// both cameras the first time are left out; what was not fired again counts as not seen.
+/// The shots of one scan with those of a later one at the same readings; the others, and those that were
+/// not seen by both cameras the first time, are left out.
 ///
 /// # Errors
 /// `InvalidArgument` for a camera that was not watched, and a zoom that is not the same.
@@ -122,14 +122,15 @@ pub fn pair_shots(before: &Scan, again: &Scan, camera: usize) -> Result<Vec<Heal
     let pair = |s: &crate::rig::Shot| {
         let (head, fixed) = (spot(s.head.as_ref().ok()?), spot(s.fixed[camera].as_ref().ok()?));
         let apart = |a: &&crate::rig::Shot| (a.pan - s.pan).abs().max((a.tilt - s.tilt).abs());
-        let same = again.shots.iter().min_by(|a, b| apart(a).total_cmp(&apart(b))).filter(|a| apart(a) < SAME_READING);
+        let nearest = again.shots.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
+        let same = nearest.filter(|a| apart(a) < SAME_READING)?;
         Some(HealthShot {
             pan: s.pan,
             tilt: s.tilt,
             head,
             fixed,
-            head_again: same.and_then(|a| Some(spot(a.head.as_ref().ok()?))),
-            fixed_again: same.and_then(|a| Some(spot(a.fixed[camera].as_ref().ok()?))),
+            head_again: same.head.as_ref().ok().map(spot),
+            fixed_again: same.fixed[camera].as_ref().ok().map(spot),
         })
     };
     Ok(before.shots.iter().filter_map(pair).collect())
@@ -179,6 +180,8 @@ impl Pair {
             rest += moved * moved.transpose() * 2.0;
             depth_rest += 2.0 * (STEEPEST * rho * scale * sigma).powi(2);
         }
+        let along = seen.by_point * (-direction / (rho * rho));
+        rest += along * along.transpose() * depth_rest;
         let covariance = shot.fixed.covariance + fixed_again.covariance + rest;
         let white = covariance.cholesky()?.l().try_inverse()?;
         let by_rho = rig.spot_image(rho)?.by_rho;

@@ -7,7 +7,7 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use super::plane::{self, Sample};
+use super::plane::{self, LocalPlane, Sample};
 use super::surface::{Edge, MeasuredBy};
 use super::tree::Tree;
 use crate::error::{Error, Result};
@@ -21,6 +21,8 @@ const MIN_SUPPORT: usize = 3;
 const SPACING_NEIGHBOURS: usize = 8;
 /// Points that the local plane is fitted to: wanted, and at most.
 const FIT_POINTS: [usize; 2] = [16, 64];
+/// Planes agree within this many standard deviations of the narrower one.
+const AGREE: f64 = 1.5;
 /// How often they are looked for in a wider tube about the ray, each time half as wide again.
 const WIDENINGS: usize = 5;
 /// Surfaces steeper against the ray than this many metres a metre are not told from edges.
@@ -172,8 +174,9 @@ impl CloudSurface {
         }
         let middle = &cluster[cluster.len() / 2];
         let guess = ray.at(middle.along);
-        let samples = self.samples(ray, &guess, middle)?;
-        let fit = plane::fit(&samples)?;
+        let mut samples = self.samples(ray, &guess, middle);
+        let (fit, count) = widest_agreeing(&mut samples)?;
+        let samples = &samples[..count];
         let distance = (guess - ray.origin).norm() + fit.offset;
         let axes = axes(ray);
         let normal = (axes[0] - axes[1] * fit.slope.x - axes[2] * fit.slope.y).normalize();
@@ -194,7 +197,7 @@ impl CloudSurface {
 
     /// The points about a place on the ray, in its axes: those next to the ray, of which there are
     /// enough, wider than their noise reaches across it and not behind or before each other.
-    fn samples(&self, ray: &Ray, place: &Vector3<f64>, about: &Candidate) -> Option<Vec<Sample>> {
+    fn samples(&self, ray: &Ray, place: &Vector3<f64>, about: &Candidate) -> Vec<Sample> {
         let (points, axes) = (self.tree.points(), axes(ray));
         let turn = Matrix3::from_columns(&axes);
         let (along, total) = match self.covariances.get(about.index) {
@@ -221,16 +224,39 @@ impl CloudSurface {
         }
         found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         found.truncate(FIT_POINTS[1]);
-        let reach = 1.1 * found.last()?.0;
-        let sample = |(r, i, p): &(f64, usize, Vector3<f64>)| Sample {
+        let sample = |(_, i, p): &(f64, usize, Vector3<f64>)| Sample {
             row: Vector3::new(1.0, p.y, p.z),
             along: p.x,
-            // Epanechnikov's kernel, which ends beyond the last of them.
-            kernel: 1.0 - (r / reach).powi(2),
+            kernel: 1.0,
             covariance: self.covariances.get(*i).map(|c| turn.transpose() * c * turn),
         };
-        (reach > 0.0).then(|| found.iter().map(sample).collect())
+        found.iter().map(sample).collect()
     }
+}
+
+/// The plane through as many of the points next to the ray as agree with those that fewer give (Lepski
+/// 1991): a wide neighbourhood where the surface is flat, a narrow one near its bends.
+fn widest_agreeing(samples: &mut [Sample]) -> Option<(LocalPlane, usize)> {
+    let mut fits: Vec<(LocalPlane, usize)> = Vec::new();
+    let mut count = FIT_POINTS[0].min(samples.len());
+    loop {
+        let part = &mut samples[..count];
+        // Epanechnikov's kernel, which ends beyond the last of them.
+        let reach = 1.1 * part.last()?.row.yz().norm();
+        part.iter_mut().for_each(|s| s.kernel = 1.0 - (s.row.yz().norm() / reach.max(1e-300)).powi(2));
+        match plane::fit(part) {
+            Some(fit) if fits.iter().all(|(f, _)| (f.offset - fit.offset).abs() <= AGREE * f.variance.sqrt()) => {
+                fits.push((fit, count));
+            }
+            _ if fits.is_empty() && count < samples.len() => {}
+            _ => break,
+        }
+        if count == samples.len() {
+            break;
+        }
+        count = (count + count / 2).min(samples.len());
+    }
+    fits.pop()
 }
 
 /// Along the ray and two across it.

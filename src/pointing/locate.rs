@@ -115,9 +115,8 @@ impl Pointer {
         click.validate(self.rig.width, self.rig.height)?;
         let lens = self.lens(zoom)?;
         let noise = lens.noise(&Noise::new(&self.joint, &click.covariance, self.head_sigma));
-        let ray = noise
-            .head_ray(&lens.model, &self.station, at, &click.pixel)
-            .ok_or(Error::OutsideLens { index: 0 })?;
+        let ray =
+            noise.head_ray(&lens.model, &self.station, at, &click.pixel).ok_or(Error::OutsideLens { index: 0 })?;
         Ok((noise, ray))
     }
 }

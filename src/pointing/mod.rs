@@ -10,6 +10,7 @@
 
 mod chain;
 mod cloud;
+mod ellipse;
 mod locate;
 mod plane;
 mod surface;
@@ -31,6 +32,7 @@ use crate::rig::aim::aim_at_point;
 
 use chain::{CAMERA, Linear, Noise, STATION, in_station};
 pub use cloud::{CloudHit, CloudSurface, PointNoise};
+pub use ellipse::{Ellipse, ellipse};
 pub use locate::{Located, LocatedAlong};
 pub use surface::{Depth, Edge, MeasuredBy, UncertainPlane};
 pub use sweep::{Sweep, SweepPoint};
@@ -132,8 +134,7 @@ impl Pointer {
         let none = |name, index, count| Error::invalid(name, format!("{index} of {count}"));
         let calibration =
             adjusted.cameras.get(camera).ok_or_else(|| none("camera", camera, adjusted.cameras.len()))?.clone();
-        let pose =
-            *adjusted.stations.get(station).ok_or_else(|| none("station", station, adjusted.stations.len()))?;
+        let pose = *adjusted.stations.get(station).ok_or_else(|| none("station", station, adjusted.stations.len()))?;
         let mut pointer = Self::new(calibration, adjusted.rig)?;
         let places = adjusted.places();
         let camera_place = &places[1 + adjusted.stations.len() + camera];
@@ -147,10 +148,7 @@ impl Pointer {
 
     /// How well the rig's parameters are known, in the order of
     /// [`RigParameter`](crate::geometry::RigParameter), independent of the camera.
-    pub fn set_rig_covariance(
-        &mut self,
-        covariance: &SMatrix<f64, RIG_PARAMETERS, RIG_PARAMETERS>,
-    ) -> Result<()> {
+    pub fn set_rig_covariance(&mut self, covariance: &SMatrix<f64, RIG_PARAMETERS, RIG_PARAMETERS>) -> Result<()> {
         semidefinite(covariance, "rig covariance")?;
         self.set_block(0, covariance.as_slice(), RIG_PARAMETERS);
         Ok(())
@@ -304,8 +302,7 @@ impl Pointer {
             .ok_or_else(|| Error::Unreachable { reason: "the target is on the head's axis".into() })?;
         let half = lens.half_picture() - extent(&image.by_point, options.target_size);
         let probability = zoom::in_rectangle(&(seen.pixel - lens.centre()), &seen.covariance, &half);
-        let point =
-            UncertainPoint { point: target.point.value, covariance: target.noise.covariance_of(&target.point) };
+        let point = UncertainPoint { point: target.point.value, covariance: target.noise.covariance_of(&target.point) };
         let aim = Aim {
             pan,
             tilt,
@@ -398,7 +395,10 @@ impl Click {
         let (w, h) = (f64::from(width) - 0.5, f64::from(height) - 0.5);
         if self.pixel.iter().any(|v| *v < -0.5) || self.pixel.x > w || self.pixel.y > h {
             let [[x, y]] = self.pixel.data.0;
-            return Err(Error::invalid("pixel", format!("({x:.1}, {y:.1}) is outside the picture of {width} x {height}")));
+            return Err(Error::invalid(
+                "pixel",
+                format!("({x:.1}, {y:.1}) is outside the picture of {width} x {height}"),
+            ));
         }
         semidefinite(&self.covariance, "pixel covariance")
     }

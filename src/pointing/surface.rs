@@ -97,7 +97,10 @@ impl Depth<'_> {
             }
             Self::Cloud(cloud) => {
                 let hit = cloud.hit(ray, cone)?;
-                Ok(Meeting { plane: across(ray, hit.distance, hit.normal, hit.variance, cloud.measured_by()), edge: hit.edge })
+                Ok(Meeting {
+                    plane: across(ray, hit.distance, hit.normal, hit.variance, cloud.measured_by()),
+                    edge: hit.edge,
+                })
             }
             Self::Distance { metres, sigma } => {
                 if let Some(index) = [metres, sigma].iter().position(|v| !v.is_finite()) {
@@ -113,13 +116,7 @@ impl Depth<'_> {
 }
 
 /// The plane through a ray's point whose distance along the ray has a variance.
-fn across(
-    ray: &Ray,
-    distance: f64,
-    normal: Vector3<f64>,
-    variance: f64,
-    measured_by: MeasuredBy,
-) -> UncertainPlane {
+fn across(ray: &Ray, distance: f64, normal: Vector3<f64>, variance: f64, measured_by: MeasuredBy) -> UncertainPlane {
     let mut covariance = Matrix4::zeros();
     covariance[(3, 3)] = variance * normal.dot(&ray.direction).powi(2);
     UncertainPlane { plane: Plane { normal, distance: normal.dot(&ray.at(distance)) }, covariance, measured_by }

@@ -137,9 +137,8 @@ fn split(positions: &[Vector3<f64>], order: &mut [u32], boxes: &mut [[Vector3<f6
     let middle = order.len() / 2;
     if !order.is_empty() {
         let axis = (high - low).imax();
-        let by = |a: &u32, b: &u32| {
-            positions[*a as usize][axis].total_cmp(&positions[*b as usize][axis]).then(a.cmp(b))
-        };
+        let by =
+            |a: &u32, b: &u32| positions[*a as usize][axis].total_cmp(&positions[*b as usize][axis]).then(a.cmp(b));
         order.select_nth_unstable_by(middle, by);
     }
     let (left, right) = order.split_at_mut(middle);

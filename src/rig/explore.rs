@@ -1,8 +1,8 @@
 //! Exploring: where, of all that the head can reach, a fixed camera sees the laser's spot.
 //!
-//! A wide lattice of shots, made denser until every camera has seen some; then each side of each
-//! camera's range is narrowed down: of the rows (or columns) through what was seen, only those that can
-//! still reach beyond the farthest seen so far are tried, halfway to the next miss.
+//! A wide lattice of shots, made denser until every camera has seen some. Then, for each camera in turn,
+//! the shot that is farthest from all others and yet next to what the camera has seen (farthest-point
+//! sampling; Eldar and others 1997): what is visible and its rim become dense, and nothing else does.
 
 use std::ops::ControlFlow;
 
@@ -15,12 +15,14 @@ use super::{Rig, check_reach};
 use crate::error::{Error, Result};
 
 /// Widest distances of the first lattice's shots, pan and tilt, radians.
-const FIRST_SPACING: [f64; 2] = [0.7, 0.44];
-/// Sightings of a camera before its sides are looked for.
-const ENOUGH: usize = 3;
-/// What is seen, or not, in one row is taken for as much in rows nearer than this, in parts of the
-/// lattice's spacing: the rim of what a camera sees has no teeth.
-const SAME_ROW: f64 = 0.5;
+const FIRST_SPACING: [f64; 2] = [0.61, 0.31];
+/// Sightings of a camera before what is about them is looked at.
+const ENOUGH: usize = 2;
+/// A shot is next to a sighting when its distance from that is at most so many times its distance from
+/// the nearest shot.
+const NEXT_TO: f64 = 1.3;
+/// Tilt counts more than pan: pictures are wider than high.
+const TILT_WEIGHT: f64 = 1.3;
 
 /// How the head's reach is explored.
 #[derive(Debug, Clone)]
@@ -28,7 +30,7 @@ pub struct ExploreOptions {
     /// Least and greatest readings to look at, radians; the head's reach is the limit.
     pub pan: [f64; 2],
     pub tilt: [f64; 2],
-    /// To which the range is found, radians.
+    /// Distance of shots that are near enough to each other, radians.
     pub tolerance: f64,
     /// Most shots.
     pub max_shots: usize,
@@ -44,7 +46,7 @@ impl Default for ExploreOptions {
             pan: [f64::NEG_INFINITY, f64::INFINITY],
             tilt: [f64::NEG_INFINITY, f64::INFINITY],
             tolerance: 2.5f64.to_radians(),
-            max_shots: 60,
+            max_shots: 59,
             spacing: 1f64.to_radians(),
             scan: ScanOptions::default(),
         }
@@ -126,7 +128,8 @@ impl ExploreOptions {
             }
             if wanted[0] >= wanted[1] || limits[i][0] >= limits[i][1] {
                 let [low, high] = reach[i];
-                let reason = format!("{wanted:?} rad, the head reaches {low:.3} to {high:.3}: least first, within that");
+                let reason =
+                    format!("{wanted:?} rad, the head reaches {low:.3} to {high:.3}: least first, within that");
                 return Err(Error::invalid(name, reason));
             }
         }
@@ -154,28 +157,25 @@ struct Search {
     waiting: Vec<[f64; 2]>,
 }
 
-/// A side of a camera's range that may be farther out.
-struct Bracket {
-    at: [f64; 2],
-    width: f64,
+fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).hypot(TILT_WEIGHT * (a[1] - b[1]))
+}
+
+fn place(s: &Shot) -> [f64; 2] {
+    [s.pan, s.tilt]
 }
 
 impl Search {
     fn new(limits: [[f64; 2]; 2], options: &ExploreOptions, cameras: usize) -> Self {
         let cells = [0, 1].map(|i| (((limits[i][1] - limits[i][0]) / FIRST_SPACING[i]).ceil() as usize).max(2));
-        let mut search = Self {
-            limits,
-            tolerance: options.tolerance,
-            most: options.max_shots,
-            cameras,
-            cells,
-            waiting: Vec::new(),
-        };
+        let mut search =
+            Self { limits, tolerance: options.tolerance, most: options.max_shots, cameras, cells, waiting: Vec::new() };
         search.waiting = search.lattice(0.5);
         search
     }
 
-    /// The middles (offset 0.5) or the inner corners (0) of the lattice's cells, walked to and fro.
+    /// The middles (offset 0.5) or the inner corners (0) of the lattice's cells, walked to and fro; the
+    /// next is the last.
     fn lattice(&self, offset: f64) -> Vec<[f64; 2]> {
         let at = |axis: usize, i: usize| {
             let [low, high] = self.limits[axis];
@@ -184,19 +184,10 @@ impl Search {
         let first = usize::from(offset == 0.0);
         let mut all = Vec::new();
         for row in first..self.cells[1] {
-            let mut columns: Vec<[f64; 2]> = (first..self.cells[0]).map(|c| [at(0, c), at(1, row)]).collect();
-            if row % 2 == 0 {
-                columns.reverse();
-            }
-            all.extend(columns);
+            let columns = (first..self.cells[0]).map(|c| [at(0, c), at(1, row)]);
+            if row % 2 == 0 { all.extend(columns) } else { all.extend(columns.rev()) }
         }
-        // Taken from the end.
-        all.reverse();
         all
-    }
-
-    fn spacing(&self, axis: usize) -> f64 {
-        (self.limits[axis][1] - self.limits[axis][0]) / self.cells[axis] as f64
     }
 
     /// Where the next shot is to be.
@@ -204,47 +195,40 @@ impl Search {
         if let Some([pan, tilt]) = self.waiting.pop() {
             return Some((pan, tilt));
         }
-        let wanting = (0..self.cameras).any(|c| shots.iter().filter(|s| s.fixed[c].is_ok()).count() < ENOUGH);
-        // Half of the shots at most go into a lattice.
+        let seen = |camera: usize| shots.iter().filter(|s| s.fixed[camera].is_ok()).count();
+        let wanting = (0..self.cameras).any(|c| seen(c) < ENOUGH);
         let corners = (self.cells[0] - 1) * (self.cells[1] - 1);
-        if wanting && shots.len() + corners <= self.most / 2 {
+        if wanting && shots.len() + corners <= self.most {
             self.waiting = self.lattice(0.0);
-            // The middles of cells half as large are the corners' and the middles' next neighbours.
+            // The corners and the middles together are the middles' lattice turned by 45 degrees; half
+            // as large cells have corners between them.
             self.cells = self.cells.map(|c| 2 * c);
             return self.next(shots);
         }
-        let brackets = (0..self.cameras).flat_map(|c| (0..4).filter_map(move |side| Some((c, side))));
-        let widest = brackets
-            .filter_map(|(camera, side)| self.bracket(shots, camera, side / 2, side % 2 == 1))
-            .filter(|b| b.width > self.tolerance)
-            .max_by(|a, b| a.width.total_cmp(&b.width))?;
-        Some((widest.at[0], widest.at[1]))
+        // Each camera in its turn; when it has enough, the others.
+        (0..self.cameras).find_map(|i| self.widest_gap(shots, (shots.len() + i) % self.cameras))
     }
 
-    /// The row that can reach farthest beyond what is seen on a side, and where to try it.
-    fn bracket(&self, shots: &[Shot], camera: usize, axis: usize, high: bool) -> Option<Bracket> {
-        let sign = if high { 1.0 } else { -1.0 };
-        let limit = sign * self.limits[axis][usize::from(high)];
-        let place = |s: &Shot| [s.pan, s.tilt];
-        let out = |s: &Shot| sign * place(s)[axis];
-        let row = |s: &Shot| place(s)[1 - axis];
-        let seen = |s: &&Shot| s.fixed[camera].is_ok();
-        let farthest = shots.iter().filter(seen).map(out).max_by(f64::total_cmp)?;
-        let window = SAME_ROW * self.spacing(1 - axis).max(2.0 * self.tolerance);
-        let open = shots.iter().filter(seen).filter_map(|s| {
-            let beside = |m: &&Shot| (row(m) - row(s)).abs() <= window;
-            let own = shots.iter().filter(seen).filter(beside).map(out).fold(out(s), f64::max);
-            let miss = shots.iter().filter(|m| m.fixed[camera].is_err() && out(m) > own).filter(beside).map(out);
-            let end = miss.fold(f64::INFINITY, f64::min);
-            let width = end.min(limit) - farthest;
-            // Where nothing was tried yet, no farther than the lattice is wide.
-            let step = if end <= limit { 0.5 * width } else { width.min(0.5 * self.spacing(axis)) };
-            (width > 0.0).then_some((width, farthest + step, row(s)))
-        });
-        let (width, to, row) = open.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let mut at = [0.0; 2];
-        (at[axis], at[1 - axis]) = (sign * to, row);
-        Some(Bracket { at, width })
+    /// The place farthest from all shots and next to what a camera has seen.
+    fn widest_gap(&self, shots: &[Shot], camera: usize) -> Option<(f64, f64)> {
+        let nearest = |at: [f64; 2], wanted: &dyn Fn(&Shot) -> bool| {
+            let all = shots.iter().filter(|s| wanted(s)).map(|s| apart(place(s), at));
+            all.fold(f64::INFINITY, f64::min)
+        };
+        let counts = [0, 1].map(|i| ((self.limits[i][1] - self.limits[i][0]) / self.tolerance).ceil() as usize + 1);
+        let mut best = (self.tolerance, None);
+        for i in 0..counts[0] * counts[1] {
+            let at: [f64; 2] = std::array::from_fn(|axis| {
+                let [low, high] = self.limits[axis];
+                let k = if axis == 0 { i % counts[0] } else { i / counts[0] };
+                low + (high - low) * k as f64 / (counts[axis] - 1).max(1) as f64
+            });
+            let gap = nearest(at, &|_| true);
+            if gap > best.0 && nearest(at, &|s| s.fixed[camera].is_ok()) <= NEXT_TO * gap {
+                best = (gap, Some((at[0], at[1])));
+            }
+        }
+        best.1
     }
 
     /// The range of what a camera saw, half way to what it did not see.
@@ -254,23 +238,22 @@ impl Search {
             let reason = format!("fixed camera {camera} saw the laser's spot in none of {} shots", shots.len());
             return Err(Error::NotFound { reason });
         }
-        let side = |axis: usize, high: bool| {
-            let sign = if high { 1.0 } else { -1.0 };
-            let out = |s: &&Shot| sign * [s.pan, s.tilt][axis];
-            let farthest = seen.iter().map(|s| out(s)).fold(f64::NEG_INFINITY, f64::max);
-            let open = self.bracket(shots, camera, axis, high).map_or(0.0, |b| b.width);
-            let end = farthest + 0.5 * open.min(2.0 * self.tolerance);
-            sign * end.min(sign * self.limits[axis][usize::from(high)])
+        let range = |axis: usize| {
+            let mut range = [-1.0, 1.0].map(|sign| sign * self.end(shots, &seen, camera, axis, sign));
+            // Of a single sighting without room about it.
+            if range[0] >= range[1] {
+                range = [range[1], range[0]];
+            }
+            range
         };
-        let range = |axis| [side(axis, false), side(axis, true)];
         let steps = |[low, high]: [f64; 2]| ((high - low) / options.spacing).ceil() as u32 + 1;
         let (pan, tilt) = (range(0), range(1));
         let region = ScanRegion { pan, tilt, pan_steps: steps(pan), tilt_steps: steps(tilt) };
         let mask: Vec<bool> = (0..region.len() as u32)
             .map(|i| {
                 let (pan, tilt) = region.position(i);
-                let apart = |s: &&Shot| (s.pan - pan).hypot(s.tilt - tilt);
-                let nearest = shots.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
+                let from = |s: &&Shot| apart(place(s), [pan, tilt]);
+                let nearest = shots.iter().min_by(|a, b| from(a).total_cmp(&from(b)));
                 nearest.is_some_and(|s| s.fixed[camera].is_ok())
             })
             .collect();
@@ -281,5 +264,18 @@ impl Search {
             seen: seen.len(),
             measured: seen.iter().filter(|s| s.point.is_some()).count(),
         })
+    }
+
+    /// How far out a camera sees, along an axis times `sign`: half way from its outermost sighting to the
+    /// next miss in about the same row, but no more than two tolerances.
+    fn end(&self, shots: &[Shot], seen: &[&Shot], camera: usize, axis: usize, sign: f64) -> f64 {
+        let out = |s: &Shot| sign * place(s)[axis];
+        let limit = sign * self.limits[axis][usize::from(sign > 0.0)];
+        let Some(outermost) = seen.iter().max_by(|a, b| out(a).total_cmp(&out(b))) else { return limit };
+        let row = 4.0 * self.tolerance;
+        let beside = |m: &&Shot| (place(m)[1 - axis] - place(outermost)[1 - axis]).abs() <= row;
+        let misses = shots.iter().filter(|m| m.fixed[camera].is_err() && out(m) > out(outermost)).filter(beside);
+        let next = misses.map(out).fold(limit, f64::min);
+        (out(outermost) + (0.5 * (next - out(outermost))).min(2.0 * self.tolerance)).min(limit)
     }
 }

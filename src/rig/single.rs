@@ -139,11 +139,8 @@ fn around(shots: &[Shot]) -> ScanRegion {
     };
     match shots {
         [] => here(0.0, 0.0),
-        _ => ScanRegion {
-            pan: range(|s| s.pan),
-            tilt: range(|s| s.tilt),
-            pan_steps: shots.len() as u32,
-            tilt_steps: 1,
-        },
+        _ => {
+            ScanRegion { pan: range(|s| s.pan), tilt: range(|s| s.tilt), pan_steps: shots.len() as u32, tilt_steps: 1 }
+        }
     }
 }

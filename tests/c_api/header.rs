@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 53] = [
+const TOPICS: [&str; 57] = [
     "version",
     "status",
     "error",
@@ -54,12 +54,16 @@ const TOPICS: [&str; 53] = [
     "rig",
     "scan_options",
     "scan",
+    "explore",
+    "health",
     "adjustment",
     "adjustment_shots",
     "adjusted",
     "adjusted_check",
     "adjusted_points",
     "adjust",
+    "pointing",
+    "sweep",
     "file",
 ];
 

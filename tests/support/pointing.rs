@@ -164,7 +164,14 @@ impl Setup {
     }
 
     /// The target's true place in the head camera's picture against the stated one.
-    fn judge(&self, coverage: &mut Coverage, click: &Click, target: &Vector3<f64>, depth: &Depth<'_>, noise: &mut Noise) {
+    fn judge(
+        &self,
+        coverage: &mut Coverage,
+        click: &Click,
+        target: &Vector3<f64>,
+        depth: &Depth<'_>,
+        noise: &mut Noise,
+    ) {
         let aim = match self.pointer.aim(click, depth, &AimOptions::default()) {
             Ok(aim) if aim.edge.is_some() => {
                 coverage.edges += 1;
@@ -186,7 +193,15 @@ impl Setup {
         coverage.count(&(seen - aim.pixel.pixel), &aim.pixel.covariance);
         if coverage.sum - before > 12.0 && matches!(depth, Depth::Cloud(_)) && std::env::var("DEBUG_POINTING").is_ok() {
             let true_distance = (target - self.camera.centre()).norm();
-            println!("seed {}: square {:.1} true {true_distance:.3} said {:.3} point {:?} normal-dev {:.4} click {:?}", self.seed, coverage.sum - before, aim.distance, target.as_slice(), aim.point.covariance.trace().sqrt(), click.pixel.as_slice());
+            println!(
+                "seed {}: square {:.1} true {true_distance:.3} said {:.3} point {:?} normal-dev {:.4} click {:?}",
+                self.seed,
+                coverage.sum - before,
+                aim.distance,
+                target.as_slice(),
+                aim.point.covariance.trace().sqrt(),
+                click.pixel.as_slice()
+            );
         }
     }
 
@@ -229,7 +244,8 @@ impl Setup {
         let (mut coverage, mut noise) = (Coverage::default(), self.noise(2));
         let floor = Plane::new(Vector3::y(), ROOM[1][1]).expect("a plane");
         let covariance = Matrix2::identity() * (SPOT * SPOT);
-        let mut on_floor: Vec<_> = self.grid.iter().filter(|s| floor.signed_distance(&s.point).abs() < 1e-9).cloned().collect();
+        let mut on_floor: Vec<_> =
+            self.grid.iter().filter(|s| floor.signed_distance(&s.point).abs() < 1e-9).cloned().collect();
         choose(&mut on_floor, 100);
         let shots: Vec<_> = on_floor
             .iter()
@@ -276,14 +292,15 @@ impl Setup {
     pub fn on_the_cloud(&self, clicks: usize, finer: u32) -> Coverage {
         let (mut coverage, mut noise) = (Coverage::default(), self.noise(4));
         let (points, covariances) = self.cloud(finer);
-        let cloud = CloudSurface::new(&points, PointNoise::Covariances(&covariances), MeasuredBy::ThisRig).expect("a cloud");
+        let cloud =
+            CloudSurface::new(&points, PointNoise::Covariances(&covariances), MeasuredBy::ThisRig).expect("a cloud");
         for _ in 0..clicks {
             let pixel = Self::random_pixel(&mut noise);
             let ray = self.camera.back_project(&pixel).expect("a ray");
             let target = ray.at(cast(&ray.origin, &ray.direction));
-            // A surface of which the rig saw nothing is not in the cloud.
-            let (o, d) = (Vector3::new(0.05, 0.0, 0.0), target - Vector3::new(0.05, 0.0, 0.0));
-            if (cast(&o, &d) - 1.0).abs() > 1e-6 {
+            // What the rig saw nothing of is not in the cloud: no shot as near as its grid is wide there.
+            let spacing = 0.75f64.to_radians() * target.norm();
+            if self.grid.iter().all(|s| (s.point - target).norm() > spacing) {
                 continue;
             }
             let click = Click::new(pixel + noise.pixel(CLICK), CLICK);

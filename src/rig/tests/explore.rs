@@ -58,16 +58,18 @@ fn the_visible_range_of_both_cameras_is_found() {
         for (camera, found) in explored.cameras.iter().enumerate() {
             let found = found.as_ref().unwrap();
             let r = &found.region;
-            let inside = |at: &[f64; 2]| {
-                (r.pan[0]..=r.pan[1]).contains(&at[0]) && (r.tilt[0]..=r.tilt[1]).contains(&at[1])
-            };
+            let inside =
+                |at: &[f64; 2]| (r.pan[0]..=r.pan[1]).contains(&at[0]) && (r.tilt[0]..=r.tilt[1]).contains(&at[1]);
             let visible = truth.iter().filter(|(_, seen)| seen[camera]);
             let (all, covered) = (visible.clone().count(), visible.filter(|(at, _)| inside(at)).count());
             let within: Vec<_> = truth.iter().filter(|(at, _)| inside(at)).collect();
             let share = within.iter().filter(|(_, seen)| seen[camera]).count() as f64 / within.len() as f64;
             println!(
                 "seed {seed}, camera {camera}: {shots} shots, pan {:?} tilt {:?} deg, {covered} of {all} visible inside, share {:.2} (truly {share:.2}), {} seen",
-                r.pan.map(f64::to_degrees), r.tilt.map(f64::to_degrees), found.share, found.seen
+                r.pan.map(f64::to_degrees),
+                r.tilt.map(f64::to_degrees),
+                found.share,
+                found.seen
             );
             assert!(shots < 60);
             assert!(covered as f64 > 0.95 * all as f64);
