@@ -17,7 +17,7 @@ use super::sized::{self, SizedOut, SizedStruct};
 use super::status::ptzcal_status;
 use crate::error::Error;
 use crate::geometry::RigModel;
-use crate::health::{HealthOptions, HealthReport, ShotState, check_health, choose_shots, pair_shots};
+use crate::health::{HealthOptions, HealthReport, MAX_SHOTS, ShotState, check_health, choose_shots, pair_shots};
 
 /// What a check says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -213,6 +213,9 @@ pub unsafe extern "C" fn ptzcal_scan_choose_health_shots(
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
         let (scan, buffer) = unsafe { (borrow(scan)?, BufferOut::new(buffer, capacity, needed)?) };
+        if count == 0 || count > MAX_SHOTS {
+            return Err(Error::invalid("count", format!("{count} is not in [1, {MAX_SHOTS}]")));
+        }
         buffer.write(&choose_shots(&scan.0, camera as usize, count)?)
     })
 }

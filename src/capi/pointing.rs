@@ -96,6 +96,11 @@ pub(super) fn click(uv: &[[f64; 2]], covariance: Option<&[[f64; 3]]>) -> Click {
     Click { pixel, covariance: Matrix2::new(xx, xy, xy, yy) }
 }
 
+/// A number or infinity.
+pub(super) fn not_nan(value: f64, name: &'static str) -> Result<f64> {
+    if value.is_nan() { Err(Error::NotFinite { name, index: 0 }) } else { Ok(value) }
+}
+
 fn three(c: &Matrix2<f64>) -> [f64; 3] {
     [c.m11, c.m12, c.m22]
 }
@@ -632,6 +637,8 @@ pub unsafe extern "C" fn ptzcal_pointing_aim(
     // SAFETY: the caller keeps the header's rules for pointers.
     let error = unsafe { ErrorOut::new(error) };
     guard(error, || {
+        number(probability, "probability")?;
+        number(target_size, "target_size")?;
         // SAFETY: the caller keeps the header's rules for pointers.
         let (pointing, uv, c, aim) = unsafe {
             (
@@ -696,6 +703,9 @@ pub unsafe extern "C" fn ptzcal_pointing_locate(
     // SAFETY: the caller keeps the header's rules for pointers.
     let error = unsafe { ErrorOut::new(error) };
     guard(error, || {
+        number(pan, "pan")?;
+        number(tilt, "tilt")?;
+        number(zoom, "zoom")?;
         // SAFETY: the caller keeps the header's rules for pointers.
         let (pointing, uv, c, located) = unsafe {
             (
@@ -764,6 +774,11 @@ pub unsafe extern "C" fn ptzcal_pointing_copy_located_along(
     // SAFETY: the caller keeps the header's rules for pointers.
     let error = unsafe { ErrorOut::new(error) };
     guard(error, || {
+        number(pan, "pan")?;
+        number(tilt, "tilt")?;
+        number(zoom, "zoom")?;
+        number(nearest, "nearest")?;
+        not_nan(farthest, "farthest")?;
         // SAFETY: the caller keeps the header's rules for pointers.
         let (pointing, uv, c, buffer) = unsafe {
             (
@@ -810,6 +825,7 @@ pub unsafe extern "C" fn ptzcal_ellipse(
     // SAFETY: the caller keeps the header's rules for pointers.
     let error = unsafe { ErrorOut::new(error) };
     guard(error, || {
+        number(probability, "probability")?;
         // SAFETY: the caller keeps the header's rules for pointers.
         let (c, axes, angle) = unsafe {
             (

@@ -3,11 +3,11 @@
 //! Where the head would have to look along the ray of a fixed camera's pixel whose depth is unknown: the
 //! curve of pan and tilt, a zoom that shows all of it, or the steps that sweep it.
 
-use super::args::{BufferOut, vectors, vectors_optional};
+use super::args::{BufferOut, number, vectors, vectors_optional};
 use super::call::{ErrorOut, guard, guard_or};
 use super::error::ptzcal_error;
 use super::handle::{Handle, HandleOut, borrow, free};
-use super::pointing::{click, ptzcal_pointing};
+use super::pointing::{click, not_nan, ptzcal_pointing};
 use super::sized::{self, SizedOut, SizedStruct};
 use super::status::ptzcal_status;
 use crate::pointing::{AimOptions, Sweep};
@@ -118,6 +118,10 @@ pub unsafe extern "C" fn ptzcal_pointing_sweep(
     // SAFETY: the caller keeps the header's rules for pointers.
     let error = unsafe { ErrorOut::new(error) };
     guard(error, || {
+        number(nearest, "nearest")?;
+        not_nan(farthest, "farthest")?;
+        number(probability, "probability")?;
+        number(target_size, "target_size")?;
         // SAFETY: the caller keeps the header's rules for pointers.
         let (out, pointing, uv, c) = unsafe {
             (

@@ -256,7 +256,14 @@ fn widest_agreeing(samples: &mut [Sample]) -> Option<(LocalPlane, usize)> {
         }
         count = (count + count / 2).min(samples.len());
     }
-    fits.pop()
+    let (narrow, _) = fits.first()?;
+    let (offset, variance) = (narrow.offset, narrow.variance);
+    let (mut fit, count) = fits.pop()?;
+    // What the wide one differs by, beyond what the noise of the points that it adds makes of it, is
+    // the surface's bend.
+    let expected = (variance - fit.variance).max(0.0);
+    fit.variance += ((fit.offset - offset).powi(2) - expected).max(0.0);
+    Some((fit, count))
 }
 
 /// Along the ray and two across it.
