@@ -137,6 +137,9 @@ class Declarations(TestCase):
             ptzcal.Focus: "PTZCAL_FOCUS_",
             ptzcal.head.Identity: "PTZCAL_IDENTITY_",
             ptzcal.ProbeFigure: "PTZCAL_PROBE_FIGURE_",
+            ptzcal.MeasuredBy: "PTZCAL_MEASURED_BY_",
+            ptzcal.Verdict: "PTZCAL_VERDICT_",
+            ptzcal.ShotState: "PTZCAL_SHOT_STATE_",
         }
         self.assertEqual(len(pairs), len(self.header.enums), "an enum has no Python counterpart")
         for enum, prefix in pairs.items():
