@@ -513,6 +513,7 @@ static inline void make_fixtures(void)
   CHECK_OK(ptzcal_adjusted_summary_init(fixture_adjusted_summary, sizeof *fixture_adjusted_summary));
   CHECK_OK(ptzcal_suspect_init(fixture_suspect, sizeof *fixture_suspect));
   CHECK_OK(ptzcal_adjustment_solve(fixture_adjustment, NULL, NULL, &fixture_adjusted, NULL));
+  fixture_indices[0] = 0;
   make_pointing();
   make_exploration();
 }

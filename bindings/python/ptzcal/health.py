@@ -65,7 +65,17 @@ def choose_health_shots(scan: Scan, camera: int = 0, count: int = 10) -> List[in
 
 def fire_again(rig: Rig, before: Scan, shots: Sequence[int], cameras: Sequence[Any]) -> Scan:
     """Fires shots of an earlier scan again, watched by the same cameras in the same order."""
-    options = ScanOptions(cameras, {})
+    options = ScanOptions(
+        cameras,
+        {},
+        spot=None,
+        gate=None,
+        journal=None,
+        journal_sync=True,
+        recording=None,
+        reconnect=0.0,
+        cancel=None,
+    )
     indices, pointer = np.array(shots, dtype=np.uintp), c_void_p()
     callback = _structs.ptzcal_progress_fn(_callbacks.listener(lambda _: False, otherwise=1))
     with rig._open() as rig_pointer:
