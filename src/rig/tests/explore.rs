@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow::{Break, Continue};
 
-use crate::control::{Clock, Log};
+use crate::control::Log;
 use crate::device::PanTiltZoom;
 use crate::error::Error;
 use crate::rig::*;
