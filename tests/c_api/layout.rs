@@ -103,10 +103,10 @@ fn rust() -> String {
         scene_changed outliers chi2 degrees_of_freedom probability change change_covariance head_shift
         head_shift_covariance);
     layout!(out, ptzcal_adjusted_summary: struct_size iterations parameters stations cameras shots spots
-        used warnings suspects prior_only degrees_of_freedom chi2 probability noise_factor condition);
+        used warnings suspects prior_only degrees_of_freedom chi2 probability noise_factor condition planes);
     layout!(out, ptzcal_suspect: struct_size parameters gain probability);
     layout!(out, ptzcal_adjust_options: struct_size robust max_iterations reserved seed
-        pointing_sigma_pan pointing_sigma_tilt huber max_focal_deviation);
+        pointing_sigma_pan pointing_sigma_tilt huber max_focal_deviation max_station_deviation);
     layout!(out, ptzcal_aim: struct_size has_zoom edge reserved pan tilt angle_covariance zoom probability uv
         uv_covariance point point_covariance distance other_distance);
     layout!(out, ptzcal_located: struct_size edge hidden reserved uv uv_covariance point point_covariance distance
