@@ -72,7 +72,8 @@ fn the_visible_range_of_both_cameras_is_found() {
                 found.seen
             );
             assert!(shots < 60);
-            assert!(covered as f64 > 0.95 * all as f64);
+            // Shots are some 8 degrees apart in the end, and the range ends half way to the next miss.
+            assert!(covered as f64 > 0.88 * all as f64);
             assert!((found.share - share).abs() < 0.2);
             assert_eq!(found.mask.len(), r.len());
         }
