@@ -33,7 +33,9 @@ pub mod format;
 #[cfg(test)]
 mod fuzz;
 pub mod geometry;
+pub mod health;
 pub mod image;
+pub mod pointing;
 pub mod pose;
 pub mod probe;
 pub mod ptz;

@@ -123,6 +123,15 @@ fn example_makes_a_precision_label() {
 }
 
 #[test]
+fn example_looks_where_it_is_clicked() {
+    if let Some(text) = run(&["examples/python/click_to_point.py", "16", "12"]) {
+        let line = text.lines().last().unwrap();
+        let within: f64 = line.split("within ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+        assert!(within < 12.0, "{text}");
+    }
+}
+
+#[test]
 fn example_calibrates_from_rgbd() {
     let Some(folder) = data::folder("rgbd_nyu") else { return };
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();

@@ -92,7 +92,7 @@ const MIN_CALIBRATION_SHOTS: usize = 8;
 pub const MAX_FIXED_CAMERAS: usize = 64;
 
 impl ScanOptions {
-    fn validate(&self) -> Result<()> {
+    pub(super) fn validate(&self) -> Result<()> {
         if !(1..=256).contains(&self.frames_per_state) {
             return Err(Error::invalid("frames_per_state", format!("{} is not in [1, 256]", self.frames_per_state)));
         }
@@ -242,7 +242,7 @@ fn watch(model: &RigModel, camera: &FixedCamera, options: &ScanOptions) -> Resul
 }
 
 /// Whatever ends a scan, a panic of the host's code too: the laser is off and the head stops.
-struct Halt<'a>(&'a mut Rig);
+pub(super) struct Halt<'a>(pub(super) &'a mut Rig);
 
 impl Drop for Halt<'_> {
     fn drop(&mut self) {
@@ -252,23 +252,23 @@ impl Drop for Halt<'_> {
     }
 }
 
-struct Scanner<'a> {
-    rig: &'a mut Rig,
-    fixed: &'a mut [FixedCamera],
-    options: &'a ScanOptions,
-    head_band: Band,
-    gates: Vec<Gate>,
-    exposures: Exposures,
-    journal: Option<Journal>,
-    recorder: Option<Recorder>,
-    scan: Scan,
+pub(super) struct Scanner<'a> {
+    pub(super) rig: &'a mut Rig,
+    pub(super) fixed: &'a mut [FixedCamera],
+    pub(super) options: &'a ScanOptions,
+    pub(super) head_band: Band,
+    pub(super) gates: Vec<Gate>,
+    pub(super) exposures: Exposures,
+    pub(super) journal: Option<Journal>,
+    pub(super) recorder: Option<Recorder>,
+    pub(super) scan: Scan,
     /// Shots with which each fixed camera could not be calibrated.
-    tried_with: Vec<usize>,
+    pub(super) tried_with: Vec<usize>,
     /// Longest time that a shot has had the laser on, seconds.
-    longest_on: f64,
-    start: f64,
+    pub(super) longest_on: f64,
+    pub(super) start: f64,
     /// One for each fixed camera whose target is not met yet; `None`: it is. Empty without a target.
-    watches: Vec<Option<AccuracyWatch>>,
+    pub(super) watches: Vec<Option<AccuracyWatch>>,
 }
 
 impl Scanner<'_> {
@@ -351,7 +351,7 @@ impl Scanner<'_> {
 
     /// Takes a shot, again when a device fails and may recover, and when a lost one comes back. Between
     /// attempts the laser is off and the head stands, where it can be told to.
-    fn take(&mut self, index: u32) -> Result<Shot> {
+    pub(super) fn take(&mut self, index: u32) -> Result<Shot> {
         let (mut attempt, mut lost_since) = (1, None);
         loop {
             self.options.cancel.check()?;

@@ -7069,6 +7069,7 @@ ptzcal_status ptzcal_roof_edges_add_plane_scan(ptzcal_roof_edges *edges,
                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+<<<<<<< HEAD
  * Clouds
  *
  * Coloured points of the world, with what is known of their noise: from a scan, from a depth map, from
@@ -7475,6 +7476,55 @@ typedef struct ptzcal_surface_options {
 
 /**
  * Sets up options with their defaults.
+=======
+ * Exploring
+ *
+ * Finds by itself the range of pan and tilt in which each fixed camera sees the laser's spot, coarse to
+ * fine; and fires single shots again where a scan has measured before.
+ * ============================================================================================= */
+
+/** Where fixed cameras see the laser's spot. Immutable: any number of threads may read it. */
+typedef struct ptzcal_exploration ptzcal_exploration;
+
+/** How the head's reach is explored. */
+typedef struct ptzcal_explore_options {
+  /** Set by ptzcal_explore_options_init. */
+  uint32_t struct_size;
+  /** Most shots, 4 to 10000. */
+  uint32_t max_shots;
+  /** 0. */
+  uint32_t reserved[2];
+  /** Least reading of pan to look at, radians; -INFINITY: as far as the head reaches. */
+  double pan_min;
+  /** Greatest reading of pan, radians; INFINITY likewise. */
+  double pan_max;
+  /** Least reading of tilt, radians; -INFINITY likewise. */
+  double tilt_min;
+  /** Greatest reading of tilt, radians; INFINITY likewise. */
+  double tilt_max;
+  /** Distance of shots that are near enough to each other, radians. */
+  double tolerance;
+  /** Steps of the regions that come out, radians. */
+  double spacing;
+} ptzcal_explore_options;
+
+/** Where a fixed camera sees the spot. */
+typedef struct ptzcal_visible {
+  /** Set by ptzcal_visible_init. */
+  uint32_t struct_size;
+  /** Shots taken in all. */
+  uint32_t shots;
+  /** Shots that the camera saw. */
+  uint32_t seen;
+  /** Of them those that the head camera saw too. */
+  uint32_t measured;
+  /** Part of the region's positions that the camera sees, by the shot nearest to each. */
+  double share;
+} ptzcal_visible;
+
+/**
+ * Sets up options: all that the head reaches, at most 59 shots, to 2.5 degrees, steps of 1 degree.
+>>>>>>> pointing
  *
  * @param options The struct.
  * @param size    sizeof *options.
@@ -7483,6 +7533,7 @@ typedef struct ptzcal_surface_options {
  * Threads: free.
  * Since 0.1.0.
  */
+<<<<<<< HEAD
 ptzcal_status ptzcal_surface_options_init(ptzcal_surface_options *options,
                                           size_t size) PTZCAL_NOEXCEPT;
 
@@ -7675,10 +7726,22 @@ ptzcal_status ptzcal_mesh_save(const ptzcal_mesh *mesh,
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNSUPPORTED for another ending, for what such a file may have
  *         and this library does not read, and for more than 50,000,000 points or triangles;
  *         PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_FILE_FORMAT; PTZCAL_STATUS_FILE_VERSION.
+=======
+ptzcal_status ptzcal_explore_options_init(ptzcal_explore_options *options,
+                                          size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a result: everything 0.
+ *
+ * @param visible The struct.
+ * @param size    sizeof *visible.
+ * @return PTZCAL_STATUS_OK.
+>>>>>>> pointing
  *
  * Threads: free.
  * Since 0.1.0.
  */
+<<<<<<< HEAD
 ptzcal_status ptzcal_mesh_load(const char *path,
                                ptzcal_mesh **mesh,
                                ptzcal_error **error) PTZCAL_NOEXCEPT;
@@ -7694,16 +7757,387 @@ ptzcal_status ptzcal_mesh_load(const char *path,
  * @param error  Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE;
  *         PTZCAL_STATUS_BUSY.
+=======
+ptzcal_status ptzcal_visible_init(ptzcal_visible *visible, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds the range of pan and tilt in which each fixed camera sees the laser's spot. What ends early
+ * (stopped, cancelled, a device failed) is PTZCAL_STATUS_OK with what was found until then:
+ * ptzcal_scan_end of ptzcal_exploration_get_scan says why. However it ends, the laser is off and the head
+ * was told to stop.
+ *
+ * @param rig          The rig.
+ * @param options      The options; may be NULL: the defaults.
+ * @param scan_options How shots are taken and which fixed cameras watch; journal, recording and coarse
+ *                     pass do not matter.
+ * @param progress     Hears of each shot and can stop the work; may be NULL.
+ * @param user         Handed to the callback.
+ * @param exploration  Receives the answer; free it with ptzcal_exploration_free.
+ * @param error        Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FOUND: no camera saw a spot; and before anything moves
+ *         PTZCAL_STATUS_INVALID_ARGUMENT, PTZCAL_STATUS_NOT_FINITE, PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_explore(ptzcal_rig *rig,
+                                 const ptzcal_explore_options *options,
+                                 const ptzcal_scan_options *scan_options,
+                                 ptzcal_progress_fn progress,
+                                 void *user,
+                                 ptzcal_exploration **exploration,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees an exploration.
+ *
+ * @param exploration The exploration; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_exploration_free(ptzcal_exploration *exploration) PTZCAL_NOEXCEPT;
+
+/**
+ * Where a fixed camera sees the spot.
+ *
+ * @param exploration The exploration.
+ * @param camera      The fixed camera's number.
+ * @param region      Receives the range, ready for ptzcal_rig_scan_region; set up by
+ *                    ptzcal_region_init.
+ * @param visible     Receives how much of it is seen; set up by ptzcal_visible_init.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FOUND: the camera saw none;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a camera that did not watch.
+>>>>>>> pointing
  *
  * Threads: shared.
  * Since 0.1.0.
  */
+<<<<<<< HEAD
 ptzcal_status ptzcal_mesh_depth_map(const ptzcal_mesh *mesh,
                                     const ptzcal_camera *camera,
                                     ptzcal_depth_map **map,
                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+=======
+ptzcal_status ptzcal_exploration_get_visible(const ptzcal_exploration *exploration,
+                                             uint32_t camera,
+                                             ptzcal_region *region,
+                                             ptzcal_visible *visible,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * For each position of the region, tilt step * pan_steps + pan step: 1 when the camera saw the spot of
+ * the shot nearest to it, else 0.
+ *
+ * @param exploration The exploration.
+ * @param camera      The fixed camera's number.
+ * @param buffer      Receives the bytes; may be NULL when capacity is 0.
+ * @param capacity    How many bytes the buffer holds.
+ * @param needed      Receives how many there are, also when they do not fit; may be NULL.
+ * @param error       Receives the error; may be NULL.
+ * @return As ptzcal_exploration_get_visible; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_exploration_copy_mask(const ptzcal_exploration *exploration,
+                                           uint32_t camera,
+                                           uint8_t *buffer,
+                                           size_t capacity,
+                                           size_t *needed,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The shots of an exploration, and how it ended, as a scan.
+ *
+ * @param exploration The exploration.
+ * @param scan        Receives a scan of its own; free it with ptzcal_scan_free.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_exploration_get_scan(const ptzcal_exploration *exploration,
+                                          ptzcal_scan **scan,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Fires single shots again at the readings of an earlier scan's, for ptzcal_health_check. A work that
+ * ends early returns what it measured; ptzcal_scan_end says why. However it ends, the laser is off and the
+ * head was told to stop.
+ *
+ * @param rig          The rig.
+ * @param before       The earlier scan.
+ * @param indices      n indices of its shots, as ptzcal_scan_choose_health_shots gives them.
+ * @param n            Number of shots, at least 1.
+ * @param scan_options How shots are taken and which fixed cameras watch; journal, recording and coarse
+ *                     pass do not matter.
+ * @param progress     Hears of each shot and can stop the work; may be NULL.
+ * @param user         Handed to the callback.
+ * @param again        Receives the shots, in this order; free it with ptzcal_scan_free.
+ * @param error        Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; and before anything moves PTZCAL_STATUS_INVALID_ARGUMENT (an index that
+ *         does not exist), PTZCAL_STATUS_UNREACHABLE, PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_fire_again(ptzcal_rig *rig,
+                                    const ptzcal_scan *before,
+                                    const size_t *indices,
+                                    size_t n,
+                                    const ptzcal_scan_options *scan_options,
+                                    ptzcal_progress_fn progress,
+                                    void *user,
+                                    ptzcal_scan **again,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Health check
+ *
+ * Ten stored shots fired again (ptzcal_rig_fire_again) say whether a fixed camera still is where it was
+ * calibrated: unchanged, moved (and where to), a rig that moved, or that it cannot be told; with the
+ * test statistic and a false alarm rate that is chosen.
+ * ============================================================================================= */
+
+/** What a check says. */
+enum {
+  PTZCAL_VERDICT_UNCHANGED = 0,
+  /**
+   * The fixed camera was turned or moved; its pose is refitted. One camera cannot tell that from a rig
+   * that was moved where the laser still meets the same depths: with several cameras, all of them
+   * say so then.
+   */
+  PTZCAL_VERDICT_CAMERA_MOVED = 1,
+  /** The rig was moved, its head has lost its zero, or its laser has moved on the head. */
+  PTZCAL_VERDICT_RIG_MOVED = 2,
+  /** Too few spots, or nothing explains them, or more than one thing does. */
+  PTZCAL_VERDICT_CANNOT_TELL = 3,
+};
+typedef int32_t ptzcal_verdict;
+
+/** What became of a shot. */
+enum {
+  PTZCAL_SHOT_STATE_USED = 0,
+  /** The head camera, the fixed camera or both do not see its spot again. */
+  PTZCAL_SHOT_STATE_NOT_SEEN = 1,
+  /** The laser meets something else there now. */
+  PTZCAL_SHOT_STATE_SCENE_CHANGED = 2,
+  /** The fixed camera's spot contradicts all others. */
+  PTZCAL_SHOT_STATE_OUTLIER = 3,
+};
+typedef int32_t ptzcal_shot_state;
+
+/** The answer of a check. Immutable: any number of threads may read it. */
+typedef struct ptzcal_health_report ptzcal_health_report;
+
+/** How a check decides. */
+typedef struct ptzcal_health_options {
+  /** Set by ptzcal_health_options_init. */
+  uint32_t struct_size;
+  /** 0. */
+  uint32_t reserved;
+  /** Probability of not saying unchanged when nothing has changed, between 0 and 0.5. */
+  double false_alarm;
+  /** Standard deviation of where the head comes to rest about its reading of pan, radians. */
+  double pan_sigma;
+  /** The same of tilt, radians. */
+  double tilt_sigma;
+} ptzcal_health_options;
+
+/** What a check came to. */
+typedef struct ptzcal_health {
+  /** Set by ptzcal_health_init. */
+  uint32_t struct_size;
+  /** A ptzcal_verdict. */
+  uint32_t verdict;
+  /** 1 when there were enough spots for a test. */
+  uint32_t has_statistic;
+  /** 1 when the camera's pose is refitted (ptzcal_health_report_refitted). */
+  uint32_t has_refit;
+  /** 1 when a head that lost its zero explains the spots. */
+  uint32_t has_head_shift;
+  /** Shots compared. */
+  uint32_t shots;
+  /** Shots used. */
+  uint32_t used;
+  /** Shots that are not seen again. */
+  uint32_t not_seen;
+  /** Shots where the laser meets something else. */
+  uint32_t scene_changed;
+  /** Shots that contradict all others. */
+  uint32_t outliers;
+  /** Test of unchanged: chi-square, when nothing has changed. */
+  double chi2;
+  /** Of it. */
+  double degrees_of_freedom;
+  /** Of a statistic as large or larger, were nothing changed. */
+  double probability;
+  /** What the refit turned and moved the camera by: w in R <- exp([w]x) R (camera axes, radians) and its centre (world, metres). */
+  double change[6];
+  /** Of it, row-major. */
+  double change_covariance[36];
+  /** What comes to the true pan and tilt, radians. */
+  double head_shift[2];
+  /** Of it: pan pan, pan tilt, tilt tilt, rad^2. */
+  double head_shift_covariance[3];
+} ptzcal_health;
+
+/**
+ * Sets up options: one false alarm in a hundred, a head that comes to rest to 0.1 mrad.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_health_options_init(ptzcal_health_options *options,
+                                         size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a result: everything 0.
+ *
+ * @param health The struct.
+ * @param size   sizeof *health.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_health_init(ptzcal_health *health, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * The shots of a scan that are worth firing again to check a fixed camera: seen by both cameras, as far
+ * from each other in the picture and in depth as can be.
+ *
+ * @param scan     The scan.
+ * @param camera   The fixed camera's number.
+ * @param count    How many are wanted; ten are enough. Fewer where there are no more.
+ * @param buffer   Receives their indices, ascending; may be NULL when capacity is 0.
+ * @param capacity How many fit.
+ * @param needed   Receives how many there are, also when they do not fit; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS below four usable shots;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_choose_health_shots(const ptzcal_scan *scan,
+                                              uint32_t camera,
+                                              size_t count,
+                                              size_t *buffer,
+                                              size_t capacity,
+                                              size_t *needed,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Compares the shots of a scan with those fired again. Shots of the earlier scan that were not seen by
+ * both cameras do not count:
+ * only shots at the readings of the later scan are compared.
+ *
+ * @param model       The rig.
+ * @param calibration The fixed camera as it was, in the rig's frame.
+ * @param before      The earlier scan.
+ * @param again       The shots fired again.
+ * @param camera      The fixed camera's number in both.
+ * @param options     The options; may be NULL: the defaults.
+ * @param report      Receives the report; free it with ptzcal_health_report_free.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK, whatever the verdict; PTZCAL_STATUS_INVALID_ARGUMENT,
+ *         PTZCAL_STATUS_NOT_FINITE for input that makes no sense.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_health_check(const ptzcal_rig_model *model,
+                                  const ptzcal_calibration *calibration,
+                                  const ptzcal_scan *before,
+                                  const ptzcal_scan *again,
+                                  uint32_t camera,
+                                  const ptzcal_health_options *options,
+                                  ptzcal_health_report **report,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a report.
+ *
+ * @param report The report; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_health_report_free(ptzcal_health_report *report) PTZCAL_NOEXCEPT;
+
+/**
+ * What a check came to.
+ *
+ * @param report The report.
+ * @param health Receives it; set up by ptzcal_health_init.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_health_report_get(const ptzcal_health_report *report,
+                                       ptzcal_health *health,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The verdict in words.
+ *
+ * @param report The report; may be NULL: "".
+ * @return A string that lives as long as the report. Never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_health_report_reason(const ptzcal_health_report *report) PTZCAL_NOEXCEPT;
+
+/**
+ * What became of each shot that was compared, in the order of the earlier scan: ptzcal_shot_state.
+ *
+ * @param report   The report.
+ * @param buffer   Receives the states; may be NULL when capacity is 0.
+ * @param capacity How many fit.
+ * @param needed   Receives how many there are, also when they do not fit; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_health_report_copy_shots(const ptzcal_health_report *report,
+                                              uint32_t *buffer,
+                                              size_t capacity,
+                                              size_t *needed,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The camera with its pose refitted and its lens held.
+ *
+ * @param report      The report.
+ * @param calibration Receives a calibration of its own, without residuals; free it with
+ *                    ptzcal_calibration_free.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FOUND when nothing was refitted.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_health_report_refitted(const ptzcal_health_report *report,
+                                            ptzcal_calibration **calibration,
+                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+>>>>>>> pointing
  * Joint adjustment: what is known
  *
  * A survey of one rig, from one or several stations, with all fixed cameras that watched it, to be
@@ -8558,6 +8992,7 @@ ptzcal_status ptzcal_adjustment_solve(const ptzcal_adjustment *adjustment,
                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+<<<<<<< HEAD
  * Sites: what is known before anyone scans
  *
  * A rig, the fixed camera that it will calibrate (its guessed pose and lens, in the rig's frame), what is
@@ -8576,10 +9011,100 @@ typedef struct ptzcal_site ptzcal_site;
  * @param site   Receives the site; free it with ptzcal_site_free.
  * @param error  Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_LENS_NOT_MONOTONE.
+=======
+ * Pointing
+ *
+ * A pixel of a calibrated fixed camera as pan, tilt and zoom of the head, and a pixel of the head's
+ * camera as a pixel of the fixed one. A pointing holds the camera, the rig, how well both are known, and
+ * where the targets are: on a plane, on the surface of a point cloud, or at a distance. Every answer has
+ * a covariance through the whole chain: click, calibration, surface, rig and the head's coming to rest.
+ * ============================================================================================= */
+
+/** Who measured a surface. */
+enum {
+  /** Anything else: its errors have nothing to do with the rig's. */
+  PTZCAL_MEASURED_BY_OTHERS = 0,
+  /**
+   * The laser of the same rig, from where it stands now: what is wrong with the rig is wrong with the
+   * surface too, and largely cancels when the rig aims at it.
+   */
+  PTZCAL_MEASURED_BY_THIS_RIG = 1,
+};
+typedef int32_t ptzcal_measured_by;
+
+/** A fixed camera and a rig, for pointing. */
+typedef struct ptzcal_pointing ptzcal_pointing;
+
+/** Where to turn the head, and how surely. */
+typedef struct ptzcal_aim {
+  /** Set by ptzcal_aim_init. */
+  uint32_t struct_size;
+  /** 1 when there is a zoom curve, and `zoom` is set. */
+  uint32_t has_zoom;
+  /** 1 when the surface ends or bends about the target, or is sampled too thinly to tell: the target may be what is at `other_distance` instead. */
+  uint32_t edge;
+  /** 0. */
+  uint32_t reserved;
+  /** The device's reading at which the target is at the picture's centre, radians. */
+  double pan;
+  /** The device's reading, radians. */
+  double tilt;
+  /** Of the target's direction about them, in readings: pan pan, pan tilt, tilt tilt, rad^2. */
+  double angle_covariance[3];
+  /** The tightest zoom (the curve's own scale) that keeps the whole target in the picture with the probability asked for; the widest when none does. */
+  double zoom;
+  /** Of the whole target being in the picture. */
+  double probability;
+  /** Where the target is in the head camera's picture then, pixels. */
+  double uv[2];
+  /** Its covariance: xx, xy, yy, px^2. */
+  double uv_covariance[3];
+  /** The target in the world, metres. */
+  double point[3];
+  /** Its covariance, row-major, m^2. */
+  double point_covariance[9];
+  /** From the fixed camera's centre, metres. */
+  double distance;
+  /** From the fixed camera's centre, of what the target may be instead, metres; 0: the cloud shows nothing else. */
+  double other_distance;
+} ptzcal_aim;
+
+/** Where the fixed camera sees what the head camera sees. */
+typedef struct ptzcal_located {
+  /** Set by ptzcal_located_init. */
+  uint32_t struct_size;
+  /** As in ptzcal_aim. */
+  uint32_t edge;
+  /** 1 when the cloud has a surface between the fixed camera and the point. */
+  uint32_t hidden;
+  /** 0. */
+  uint32_t reserved;
+  /** Pixel of the fixed camera. */
+  double uv[2];
+  /** Its covariance: xx, xy, yy, px^2. */
+  double uv_covariance[3];
+  /** In the world, metres. */
+  double point[3];
+  /** Its covariance, row-major, m^2. */
+  double point_covariance[9];
+  /** From the head camera's centre, metres. */
+  double distance;
+  /** As in ptzcal_aim, from the head camera's centre. */
+  double other_distance;
+} ptzcal_located;
+
+/**
+ * Sets up an aim: everything 0.
+ *
+ * @param aim  The struct.
+ * @param size sizeof *aim.
+ * @return PTZCAL_STATUS_OK.
+>>>>>>> pointing
  *
  * Threads: free.
  * Since 0.1.0.
  */
+<<<<<<< HEAD
 ptzcal_status ptzcal_site_new(const ptzcal_rig_model *model,
                               const ptzcal_camera *camera,
                               ptzcal_site **site,
@@ -8589,10 +9114,70 @@ ptzcal_status ptzcal_site_new(const ptzcal_rig_model *model,
  * Frees a site.
  *
  * @param site The site; may be NULL: nothing happens.
+=======
+ptzcal_status ptzcal_aim_init(ptzcal_aim *aim, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a location: everything 0.
+ *
+ * @param located The struct.
+ * @param size    sizeof *located.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_located_init(ptzcal_located *located, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes a pointing of a camera whose world is the rig's frame. The rig is taken as exact until
+ * ptzcal_pointing_set_rig_covariance; where the targets are must still be set.
+ *
+ * @param calibration The fixed camera with its covariance.
+ * @param model       The rig.
+ * @param pointing    Receives the pointing; free it with ptzcal_pointing_free.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT, PTZCAL_STATUS_NOT_FINITE,
+ *         PTZCAL_STATUS_LENS_NOT_MONOTONE for a model that makes no sense.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_new(const ptzcal_calibration *calibration,
+                                  const ptzcal_rig_model *model,
+                                  ptzcal_pointing **pointing,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes a pointing of a joint adjustment, with all that camera and rig have in common.
+ *
+ * @param adjusted The adjustment's answer.
+ * @param camera   The fixed camera's index.
+ * @param station  The station at which the rig stands.
+ * @param pointing Receives the pointing; free it with ptzcal_pointing_free.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a camera or station that does not
+ *         exist.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_new_adjusted(const ptzcal_adjusted *adjusted,
+                                           uint32_t camera,
+                                           uint32_t station,
+                                           ptzcal_pointing **pointing,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a pointing.
+ *
+ * @param pointing The pointing; may be NULL: nothing happens.
+>>>>>>> pointing
  *
  * Threads: exclusive.
  * Since 0.1.0.
  */
+<<<<<<< HEAD
 void ptzcal_site_free(ptzcal_site *site) PTZCAL_NOEXCEPT;
 
 /**
@@ -8603,11 +9188,24 @@ void ptzcal_site_free(ptzcal_site *site) PTZCAL_NOEXCEPT;
  *               them by default), INFINITY frees it.
  * @param error  Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (the message names the parameter);
+=======
+void ptzcal_pointing_free(ptzcal_pointing *pointing) PTZCAL_NOEXCEPT;
+
+/**
+ * Says how well the rig is known, independent of the camera.
+ *
+ * @param pointing   The pointing.
+ * @param covariance 225 numbers, 15 x 15: of the rig's parameters in the order of
+ *                   ptzcal_adjusted_copy_covariance, row-major, positive semi-definite.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+>>>>>>> pointing
  *         PTZCAL_STATUS_BUSY.
  *
  * Threads: exclusive.
  * Since 0.1.0.
  */
+<<<<<<< HEAD
 ptzcal_status ptzcal_site_set_rig_sigmas(ptzcal_site *site,
                                          const double *sigmas,
                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
@@ -8620,10 +9218,28 @@ ptzcal_status ptzcal_site_set_rig_sigmas(ptzcal_site *site,
  * @param sigma_tilt The same of tilt.
  * @param error      Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
+=======
+ptzcal_status ptzcal_pointing_set_rig_covariance(ptzcal_pointing *pointing,
+                                                 const double *covariance,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Says where the rig stands, when that is not where the world is.
+ *
+ * @param pointing   The pointing.
+ * @param pose       The station in the world, X_world = rotation X_station + translation; its other
+ *                   members do not matter.
+ * @param covariance 36 numbers, row-major: of w in R <- exp([w]x) R (axes of the world, radians) and
+ *                   of the translation (metres); may be NULL: the pose is exact.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_BUSY.
+>>>>>>> pointing
  *
  * Threads: exclusive.
  * Since 0.1.0.
  */
+<<<<<<< HEAD
 ptzcal_status ptzcal_site_set_pointing_sigma(ptzcal_site *site,
                                              double sigma_pan,
                                              double sigma_tilt,
@@ -8637,11 +9253,65 @@ ptzcal_status ptzcal_site_set_pointing_sigma(ptzcal_site *site,
  * @param options The options; may be NULL: the defaults with the camera's lens model.
  * @param error   Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for another lens model than the camera's;
+=======
+ptzcal_status ptzcal_pointing_set_station(ptzcal_pointing *pointing,
+                                          const ptzcal_pose *pose,
+                                          const double *covariance,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Says where the head comes to rest about its readings: its repeatability and, of a head with steps,
+ * step / sqrt(12). 0 until then.
+ *
+ * @param pointing The pointing.
+ * @param pan      Standard deviation of pan, radians.
+ * @param tilt     Standard deviation of tilt, radians.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
  *         PTZCAL_STATUS_BUSY.
  *
  * Threads: exclusive.
  * Since 0.1.0.
  */
+ptzcal_status ptzcal_pointing_set_head_deviation(ptzcal_pointing *pointing,
+                                                 double pan,
+                                                 double tilt,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Gives the head camera's lens over zoom: aims then have a zoom. Its errors are taken as independent
+ * of the rig's axes and encoders.
+ *
+ * @param pointing The pointing.
+ * @param curve    The curve, of the rig's image size; it is copied.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_set_zoom_curve(ptzcal_pointing *pointing,
+                                             const ptzcal_zoom_curve *curve,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Says how far the head reaches: aims beyond are refused.
+ *
+ * @param pointing The pointing.
+ * @param pan_min  Least reading of pan, radians.
+ * @param pan_max  Greatest reading of pan, radians.
+ * @param tilt_min Least reading of tilt, radians.
+ * @param tilt_max Greatest reading of tilt, radians.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+>>>>>>> pointing
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+<<<<<<< HEAD
 ptzcal_status ptzcal_site_set_estimate(ptzcal_site *site,
                                        const ptzcal_calibration_options *options,
                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
@@ -9082,10 +9752,77 @@ ptzcal_status ptzcal_study_save_plot(const ptzcal_study *study,
  * Frees a study.
  *
  * @param study The study; may be NULL: nothing happens.
+=======
+ptzcal_status ptzcal_pointing_set_reach(ptzcal_pointing *pointing,
+                                        double pan_min,
+                                        double pan_max,
+                                        double tilt_min,
+                                        double tilt_max,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The targets are on a plane n . x = distance of the world: the floor, the road, a wall.
+ *
+ * @param pointing    The pointing.
+ * @param normal      3 numbers, of any length but 0.
+ * @param distance    Metres times the normal's length.
+ * @param covariance  16 numbers, 4 x 4 row-major, positive semi-definite: of the unit normal's three
+ *                    components and the distance (metres); may be NULL: the plane is exact, but for
+ *                    what `measured_by` makes of it.
+ * @param measured_by A ptzcal_measured_by.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_BUSY.
  *
  * Threads: exclusive.
  * Since 0.1.0.
  */
+ptzcal_status ptzcal_pointing_set_plane(ptzcal_pointing *pointing,
+                                        const double *normal,
+                                        double distance,
+                                        const double *covariance,
+                                        uint32_t measured_by,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The targets are on the surface that a point cloud samples. The cloud is copied and arranged once: a
+ * second or two for a million points.
+ *
+ * @param pointing    The pointing.
+ * @param xyz         n x 3 numbers: points in the world, metres.
+ * @param covariances n x 9 numbers: of each point, row-major, positive semi-definite, m^2; may be
+ *                    NULL: estimated from the points' scatter.
+ * @param n           Number of points, at least 4.
+ * @param measured_by A ptzcal_measured_by.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NOT_FINITE (index: the
+ *         point); PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_set_cloud(ptzcal_pointing *pointing,
+                                        const double *xyz,
+                                        const double *covariances,
+                                        size_t n,
+                                        uint32_t measured_by,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The targets are at a known distance along their rays, from whichever camera sees the pixel.
+ *
+ * @param pointing The pointing.
+ * @param metres   The distance, positive.
+ * @param sigma    Its standard deviation, metres; 0: exact.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_BUSY.
+>>>>>>> pointing
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+<<<<<<< HEAD
 void ptzcal_study_free(ptzcal_study *study) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
@@ -9137,10 +9874,121 @@ typedef struct ptzcal_label_row {
  * @param row  The struct.
  * @param size sizeof *row.
  * @return PTZCAL_STATUS_OK.
+=======
+ptzcal_status ptzcal_pointing_set_distance(ptzcal_pointing *pointing,
+                                           double metres,
+                                           double sigma,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Where to turn the head, and how far to zoom, so that its camera shows at its picture's centre what the
+ * fixed camera shows at a pixel.
+ *
+ * @param pointing      The pointing.
+ * @param uv            2 numbers: a pixel of the fixed camera.
+ * @param uv_covariance 3 numbers: xx, xy, yy, px^2, positive semi-definite; may be NULL: the pixel is
+ *                      exact.
+ * @param probability   With which the whole target is to be in the picture, between 0 and 1.
+ * @param target_size   Diameter of the target, metres; 0 for a point.
+ * @param aim           Receives the aim; set up by ptzcal_aim_init.
+ * @param error         Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (a pixel outside the picture, a
+ *         probability or size that is none); PTZCAL_STATUS_OUTSIDE_LENS; PTZCAL_STATUS_UNREACHABLE:
+ *         a pixel above the plane's horizon, one so near to it that its distance is known to no
+ *         better than 20 %, or an aim that the head cannot reach; PTZCAL_STATUS_NOT_FOUND: the cloud
+ *         has no surface near the ray; PTZCAL_STATUS_BAD_STATE: neither plane nor cloud nor distance
+ *         is set.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_aim(const ptzcal_pointing *pointing,
+                                  const double *uv,
+                                  const double *uv_covariance,
+                                  double probability,
+                                  double target_size,
+                                  ptzcal_aim *aim,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Where the fixed camera sees what the head camera sees at a pixel.
+ *
+ * @param pointing      The pointing.
+ * @param pan           Reading of the head, radians.
+ * @param tilt          Reading of the head, radians.
+ * @param zoom          Zoom on the curve's scale; without a curve it does not matter.
+ * @param uv            2 numbers: a pixel of the head camera.
+ * @param uv_covariance 3 numbers: xx, xy, yy, px^2, positive semi-definite; may be NULL: the pixel is
+ *                      exact.
+ * @param located       Receives the location; set up by ptzcal_located_init.
+ * @param error         Receives the error; may be NULL.
+ * @return As ptzcal_pointing_aim; PTZCAL_STATUS_UNREACHABLE also for a point outside the fixed
+ *         camera's picture, PTZCAL_STATUS_BEHIND_CAMERA for one that it cannot see.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_locate(const ptzcal_pointing *pointing,
+                                     double pan,
+                                     double tilt,
+                                     double zoom,
+                                     const double *uv,
+                                     const double *uv_covariance,
+                                     ptzcal_located *located,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The part of the fixed camera's picture in which what the head camera sees at a pixel can be, its depth
+ * unknown: of 65 places evenly spread in inverse distance those that are in the picture, nearest first.
+ *
+ * @param pointing      The pointing.
+ * @param pan           Reading of the head, radians.
+ * @param tilt          Reading of the head, radians.
+ * @param zoom          Zoom on the curve's scale; without a curve it does not matter.
+ * @param uv            2 numbers: a pixel of the head camera.
+ * @param uv_covariance 3 numbers: xx, xy, yy, px^2, positive semi-definite; may be NULL: the pixel is
+ *                      exact.
+ * @param nearest       Metres, positive.
+ * @param farthest      Metres; INFINITY is far enough.
+ * @param buffer        Receives 6 numbers a place: distance from the head camera's centre (metres), u,
+ *                      v, and xx, xy, yy of the pixel (px^2); may be NULL when capacity is 0.
+ * @param capacity      Numbers that fit.
+ * @param needed        Receives how many numbers there are; may be NULL.
+ * @param error         Receives the error; may be NULL.
+ * @return As ptzcal_pointing_locate; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_copy_located_along(const ptzcal_pointing *pointing,
+                                                 double pan,
+                                                 double tilt,
+                                                 double zoom,
+                                                 const double *uv,
+                                                 const double *uv_covariance,
+                                                 double nearest,
+                                                 double farthest,
+                                                 double *buffer,
+                                                 size_t capacity,
+                                                 size_t *needed,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The ellipse about a Gaussian's mean that holds it with a probability: of a pixel, or of pan and tilt.
+ *
+ * @param covariance  3 numbers: xx, xy, yy, positive semi-definite.
+ * @param probability Between 0 and 1.
+ * @param semi_axes   Receives 2 numbers: the longer half axis and the shorter, in the covariance's
+ *                    units.
+ * @param angle       Receives the longer axis's angle from x towards y, radians, from -pi/2 to pi/2.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT.
+>>>>>>> pointing
  *
  * Threads: free.
  * Since 0.1.0.
  */
+<<<<<<< HEAD
 ptzcal_status ptzcal_label_row_init(ptzcal_label_row *row, size_t size) PTZCAL_NOEXCEPT;
 
 /**
@@ -9286,6 +10134,35 @@ typedef struct ptzcal_plan_options {
   /** Most positions of a grid, 1 to 1,000,000; the default is 20,000. */
   uint32_t max_positions;
   /** Least reading of pan, radians. */
+=======
+ptzcal_status ptzcal_ellipse(const double *covariance,
+                             double probability,
+                             double *semi_axes,
+                             double *angle,
+                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Pointing: depth unknown
+ *
+ * Where the head would have to look along the ray of a fixed camera's pixel whose depth is unknown: the
+ * curve of pan and tilt, a zoom that shows all of it, or the steps that sweep it.
+ * ============================================================================================= */
+
+/** Where the target of a pixel may be. Immutable: any number of threads may read it. */
+typedef struct ptzcal_sweep ptzcal_sweep;
+
+/** What a sweep comes to. */
+typedef struct ptzcal_sweep_summary {
+  /** Set by ptzcal_sweep_summary_init. */
+  uint32_t struct_size;
+  /** Pictures that together show the whole curve; 1: one does. */
+  uint32_t steps;
+  /** Points of the curve. */
+  uint32_t points;
+  /** 1 when there is a zoom curve, and `zoom` is set. */
+  uint32_t has_zoom;
+  /** Least reading of pan on the curve, radians. */
+>>>>>>> pointing
   double pan_min;
   /** Greatest reading of pan, radians. */
   double pan_max;
@@ -9293,6 +10170,7 @@ typedef struct ptzcal_plan_options {
   double tilt_min;
   /** Greatest reading of tilt, radians. */
   double tilt_max;
+<<<<<<< HEAD
   /** Noise of a spot in the head camera, px; the default is 0.2. */
   double head_sigma;
   /** Noise of a spot in the fixed camera, px; the default is 0.2. */
@@ -9335,6 +10213,17 @@ typedef struct ptzcal_plan_summary {
  */
 ptzcal_status ptzcal_plan_options_init(ptzcal_plan_options *options,
                                        size_t size) PTZCAL_NOEXCEPT;
+=======
+  /** The middle of the range, radians. */
+  double middle_pan;
+  /** The middle of the range, radians. */
+  double middle_tilt;
+  /** The tightest zoom of one picture, the widest of several. */
+  double zoom;
+  /** Of the whole target being in one of the pictures, at the worst distance. */
+  double probability;
+} ptzcal_sweep_summary;
+>>>>>>> pointing
 
 /**
  * Sets up a summary: everything 0.
@@ -9346,6 +10235,7 @@ ptzcal_status ptzcal_plan_options_init(ptzcal_plan_options *options,
  * Threads: free.
  * Since 0.1.0.
  */
+<<<<<<< HEAD
 ptzcal_status ptzcal_plan_summary_init(ptzcal_plan_summary *summary,
                                        size_t size) PTZCAL_NOEXCEPT;
 
@@ -9363,10 +10253,32 @@ ptzcal_status ptzcal_plan_summary_init(ptzcal_plan_summary *summary,
  *         the region; PTZCAL_STATUS_BAD_STATE for a site without surroundings;
  *         PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_CANCELLED;
  *         PTZCAL_STATUS_BUSY.
+=======
+ptzcal_status ptzcal_sweep_summary_init(ptzcal_sweep_summary *summary,
+                                        size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * What to do about a pixel of the fixed camera whose depth is unknown, but for its nearest and farthest
+ * distance from that camera.
+ *
+ * @param pointing      The pointing.
+ * @param uv            2 numbers: a pixel of the fixed camera.
+ * @param uv_covariance 3 numbers: xx, xy, yy, px^2, positive semi-definite; may be NULL: the pixel is
+ *                      exact.
+ * @param nearest       Metres, positive.
+ * @param farthest      Metres; INFINITY is far enough.
+ * @param probability   With which the whole target is to be in the picture, between 0 and 1.
+ * @param target_size   Diameter of the target, metres; 0 for a point.
+ * @param sweep         Receives the sweep; free it with ptzcal_sweep_free.
+ * @param error         Receives the error; may be NULL.
+ * @return As ptzcal_pointing_aim, but for what concerns the depth; PTZCAL_STATUS_INVALID_ARGUMENT
+ *         for a range that is none.
+>>>>>>> pointing
  *
  * Threads: shared.
  * Since 0.1.0.
  */
+<<<<<<< HEAD
 ptzcal_status ptzcal_plan_make(const ptzcal_site *site,
                                const ptzcal_plan_options *options,
                                const ptzcal_cancel *token,
@@ -9378,12 +10290,40 @@ ptzcal_status ptzcal_plan_make(const ptzcal_site *site,
  *
  * @param result  The plan.
  * @param summary Receives the summary; set up by ptzcal_plan_summary_init.
+=======
+ptzcal_status ptzcal_pointing_sweep(const ptzcal_pointing *pointing,
+                                    const double *uv,
+                                    const double *uv_covariance,
+                                    double nearest,
+                                    double farthest,
+                                    double probability,
+                                    double target_size,
+                                    ptzcal_sweep **sweep,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a sweep.
+ *
+ * @param sweep The sweep; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_sweep_free(ptzcal_sweep *sweep) PTZCAL_NOEXCEPT;
+
+/**
+ * What a sweep comes to.
+ *
+ * @param sweep   The sweep.
+ * @param summary Receives the summary; set up by ptzcal_sweep_summary_init.
+>>>>>>> pointing
  * @param error   Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK.
  *
  * Threads: shared.
  * Since 0.1.0.
  */
+<<<<<<< HEAD
 ptzcal_status ptzcal_plan_get_summary(const ptzcal_plan *result,
                                       ptzcal_plan_summary *summary,
                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
@@ -9395,12 +10335,26 @@ ptzcal_status ptzcal_plan_get_summary(const ptzcal_plan *result,
  * @param buffer   Receives 5 numbers for each shot; may be NULL when capacity is 0.
  * @param capacity Numbers that fit.
  * @param needed   Receives their number; may be NULL.
+=======
+ptzcal_status ptzcal_sweep_get_summary(const ptzcal_sweep *sweep,
+                                       ptzcal_sweep_summary *summary,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The pictures that together show the whole curve, nearest first.
+ *
+ * @param sweep    The sweep.
+ * @param buffer   Receives pan and tilt of each, radians; may be NULL when capacity is 0.
+ * @param capacity Numbers that fit.
+ * @param needed   Receives how many numbers there are; may be NULL.
+>>>>>>> pointing
  * @param error    Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
  *
  * Threads: shared.
  * Since 0.1.0.
  */
+<<<<<<< HEAD
 ptzcal_status ptzcal_plan_copy_shots(const ptzcal_plan *result,
                                      double *buffer,
                                      size_t capacity,
@@ -9442,10 +10396,30 @@ void ptzcal_plan_free(ptzcal_plan *result) PTZCAL_NOEXCEPT;
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FOUND when the fixed camera is expected to see none of the
  *         candidates; PTZCAL_STATUS_TOO_FEW_POINTS without a scanned shot; PTZCAL_STATUS_INVALID_ARGUMENT;
  *         PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BUSY.
+=======
+ptzcal_status ptzcal_sweep_copy_steps(const ptzcal_sweep *sweep,
+                                      double *buffer,
+                                      size_t capacity,
+                                      size_t *needed,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Pan and tilt over the distance, nearest first.
+ *
+ * @param sweep    The sweep.
+ * @param buffer   Receives 6 numbers a point: distance from the fixed camera (metres), pan, tilt
+ *                 (radians), and the covariance of the target's direction about them: pan pan, pan
+ *                 tilt, tilt tilt (rad^2); may be NULL when capacity is 0.
+ * @param capacity Numbers that fit.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+>>>>>>> pointing
  *
  * Threads: shared.
  * Since 0.1.0.
  */
+<<<<<<< HEAD
 ptzcal_status ptzcal_next_shots(const ptzcal_site *site,
                                 const double *scanned,
                                 size_t n,
@@ -9459,6 +10433,13 @@ ptzcal_status ptzcal_next_shots(const ptzcal_site *site,
                                 size_t capacity,
                                 size_t *needed,
                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+=======
+ptzcal_status ptzcal_sweep_copy_curve(const ptzcal_sweep *sweep,
+                                      double *buffer,
+                                      size_t capacity,
+                                      size_t *needed,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+>>>>>>> pointing
 
 /* ================================================================================================
  * Files

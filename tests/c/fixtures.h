@@ -54,6 +54,14 @@ static ptzcal_label_row fixture_label_row[1];
 static ptzcal_plan_options fixture_plan_options[1];
 static ptzcal_plan_summary fixture_plan_summary[1];
 
+static ptzcal_aim fixture_aim[1];
+static ptzcal_located fixture_located[1];
+static ptzcal_sweep_summary fixture_sweep_summary[1];
+static ptzcal_explore_options fixture_explore_options[1];
+static ptzcal_visible fixture_visible[1];
+static ptzcal_health_options fixture_health_options[1];
+static ptzcal_health fixture_health[1];
+
 static ptzcal_error *fixture_error;
 static ptzcal_cancel *fixture_cancel;
 static ptzcal_spot_options *fixture_spot_options;
@@ -91,6 +99,10 @@ static ptzcal_set_up *fixture_set_up;
 static ptzcal_study *fixture_study;
 static ptzcal_label *fixture_label;
 static ptzcal_plan *fixture_plan;
+static ptzcal_pointing *fixture_pointing;
+static ptzcal_sweep *fixture_sweep;
+static ptzcal_exploration *fixture_exploration;
+static ptzcal_health_report *fixture_health_report;
 
 static unsigned char fixture_pixels[16 * 12];
 static const uint16_t fixture_millimetres[64] = {1000};
@@ -100,6 +112,7 @@ static double fixture_uv[FIXTURE_POINTS * 2];
 /* As descriptors, four of them. */
 static uint8_t fixture_flags[4 * PTZCAL_SIFT_DESCRIPTOR_SIZE];
 static size_t fixture_shots[4];
+static size_t fixture_indices[4];
 static uint32_t fixture_cameras[4];
 static uint32_t fixture_planes[4];
 static const uint32_t fixture_triangles[12] = {0, 1, 2, 0, 2, 3};
@@ -440,6 +453,46 @@ static inline void make_study(void)
   CHECK_OK(ptzcal_plan_make(fixture_site, fixture_plan_options, NULL, &fixture_plan, NULL));
 }
 
+/* The camera of make_camera and the rig of make_rig_model above a floor at y = 1.2. */
+static inline void make_pointing(void)
+{
+  const double down[3] = {0, 1, 0}, centre[2] = {400, 300};
+  CHECK_OK(ptzcal_pointing_new(fixture_calibration, fixture_rig_model, &fixture_pointing, NULL));
+  CHECK_OK(ptzcal_pointing_set_plane(fixture_pointing, down, 1.2, NULL, 0, NULL));
+  CHECK_OK(ptzcal_pointing_sweep(fixture_pointing, centre, NULL, 2.0, 50.0, 0.95, 0.0, &fixture_sweep, NULL));
+  CHECK_OK(ptzcal_aim_init(fixture_aim, sizeof *fixture_aim));
+  CHECK_OK(ptzcal_located_init(fixture_located, sizeof *fixture_located));
+  CHECK_OK(ptzcal_sweep_summary_init(fixture_sweep_summary, sizeof *fixture_sweep_summary));
+}
+
+/* Four shots of a simulated rig, and a check with none of its cameras' shots: "cannot tell". */
+static inline void make_exploration(void)
+{
+  ptzcal_rig_options *options;
+  ptzcal_scan_options *scan_options;
+  ptzcal_rig *rig;
+  ptzcal_scan *scan;
+  CHECK_OK(ptzcal_explore_options_init(fixture_explore_options, sizeof *fixture_explore_options));
+  CHECK_OK(ptzcal_visible_init(fixture_visible, sizeof *fixture_visible));
+  CHECK_OK(ptzcal_health_options_init(fixture_health_options, sizeof *fixture_health_options));
+  CHECK_OK(ptzcal_health_init(fixture_health, sizeof *fixture_health));
+  CHECK_OK(ptzcal_rig_options_new(&options, NULL));
+  CHECK_OK(ptzcal_rig_options_set_address(options, "sim:room", NULL));
+  CHECK_OK(ptzcal_rig_open(options, &rig, NULL));
+  CHECK_OK(ptzcal_scan_options_new(&scan_options, NULL));
+  CHECK_OK(ptzcal_scan_options_add_camera_address(scan_options, "sim:fixed/0", NULL, NULL));
+  fixture_explore_options->pan_min = -0.2, fixture_explore_options->pan_max = 0.2;
+  fixture_explore_options->tilt_min = -0.2, fixture_explore_options->tilt_max = 0.1;
+  fixture_explore_options->max_shots = 5;
+  CHECK_OK(ptzcal_rig_explore(rig, fixture_explore_options, scan_options, NULL, NULL, &fixture_exploration, NULL));
+  CHECK_OK(ptzcal_exploration_get_scan(fixture_exploration, &scan, NULL));
+  CHECK_OK(ptzcal_health_check(fixture_rig_model, fixture_calibration, scan, scan, 0, NULL, &fixture_health_report, NULL));
+  ptzcal_scan_free(scan);
+  ptzcal_scan_options_free(scan_options);
+  CHECK_OK(ptzcal_rig_close(rig, NULL));
+  ptzcal_rig_options_free(options);
+}
+
 static inline void make_fixtures(void)
 {
   uint32_t i;
@@ -529,6 +582,9 @@ static inline void make_fixtures(void)
   CHECK_OK(ptzcal_suspect_init(fixture_suspect, sizeof *fixture_suspect));
   CHECK_OK(ptzcal_adjustment_solve(fixture_adjustment, NULL, NULL, &fixture_adjusted, NULL));
   make_study();
+  fixture_indices[0] = 0;
+  make_pointing();
+  make_exploration();
 }
 
 static inline void free_fixtures(void)
@@ -538,6 +594,10 @@ static inline void free_fixtures(void)
   ptzcal_study_free(fixture_study);
   ptzcal_set_up_free(fixture_set_up);
   ptzcal_site_free(fixture_site);
+  ptzcal_health_report_free(fixture_health_report);
+  ptzcal_exploration_free(fixture_exploration);
+  ptzcal_sweep_free(fixture_sweep);
+  ptzcal_pointing_free(fixture_pointing);
   ptzcal_adjusted_free(fixture_adjusted);
   ptzcal_adjustment_free(fixture_adjustment);
   ptzcal_mesh_free(fixture_mesh);

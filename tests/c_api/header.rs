@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 62] = [
+const TOPICS: [&str; 66] = [
     "version",
     "status",
     "error",
@@ -57,6 +57,8 @@ const TOPICS: [&str; 62] = [
     "cloud",
     "cloud_data",
     "mesh",
+    "explore",
+    "health",
     "adjustment",
     "adjustment_shots",
     "adjusted",
@@ -69,6 +71,8 @@ const TOPICS: [&str; 62] = [
     "study",
     "label",
     "plan",
+    "pointing",
+    "sweep",
     "file",
 ];
 

@@ -46,6 +46,7 @@ from .head import (
     MoveEvent,
     PanTiltZoom,
 )
+from .health import Health, ShotState, Verdict, check_health, choose_health_shots, fire_again
 from .images import PixelFormat
 from .lines import (
     LineFit,
@@ -58,6 +59,7 @@ from .lines import (
     match_lines,
 )
 from .pictures import DepthMap, Picture, read_image
+from .pointing import Aim, Located, MeasuredBy, Pointing, Sweep, ellipse
 from .pose import Pose, PoseMethod, RoofEdges, estimate_pose_roof_edges
 from .probe import Figure, ProbeFigure, ProbeReport, learn_angles, probe
 from .rgbd import Rgbd, RgbdLinePairs, RgbdPairs, RgbdView
@@ -95,6 +97,7 @@ __version__ = version()
 __all__ = [
     "Adjusted",
     "Adjustment",
+    "Aim",
     "AngleMap",
     "AngleSummary",
     "BoardCalibration",
@@ -123,6 +126,7 @@ __all__ = [
     "Head",
     "HeadCapabilities",
     "HeadIdentity",
+    "Health",
     "InvalidArgument",
     "LabelRow",
     "LaserCalibration",
@@ -130,8 +134,10 @@ __all__ = [
     "LineFit",
     "LineMatches",
     "LineSegments",
+    "Located",
     "LogLevel",
     "Mesh",
+    "MeasuredBy",
     "Motion",
     "MoveEnd",
     "MoveEvent",
@@ -141,6 +147,7 @@ __all__ = [
     "PixelFormat",
     "Plan",
     "PlannedShots",
+    "Pointing",
     "Pose",
     "PoseMethod",
     "PrecisionLabel",
@@ -163,6 +170,7 @@ __all__ = [
     "SetUp",
     "Settle",
     "Shot",
+    "ShotState",
     "SiftFeatures",
     "SiftMatches",
     "Simulator",
@@ -180,20 +188,26 @@ __all__ = [
     "StudyQuantity",
     "SureAngles",
     "Suspect",
+    "Sweep",
     "UncertainRig",
+    "Verdict",
     "ZoomCurve",
     "ZoomPosition",
     "abi_version",
     "calibrate_camera",
     "calibrate_from_boards",
     "calibrate_laser_line",
+    "check_health",
+    "choose_health_shots",
     "detect_chessboard",
     "detect_edges",
     "detect_line_segments",
     "detect_sift",
     "detect_spot",
     "division_eigenproblem",
+    "ellipse",
     "estimate_pose_roof_edges",
+    "fire_again",
     "fit_line_3d",
     "learn_angles",
     "lift_line_segments",

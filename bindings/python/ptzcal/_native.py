@@ -27,6 +27,7 @@ from . import _library
 from ._structs import (
     ptzcal_adjust_options,
     ptzcal_adjusted_summary,
+    ptzcal_aim,
     ptzcal_angle_learning_options,
     ptzcal_angle_summary,
     ptzcal_board_view,
@@ -37,9 +38,12 @@ from ._structs import (
     ptzcal_clock_now_fn,
     ptzcal_clock_sleep_fn,
     ptzcal_common_line,
+    ptzcal_explore_options,
     ptzcal_figure,
     ptzcal_frame_fn,
     ptzcal_head_capabilities,
+    ptzcal_health,
+    ptzcal_health_options,
     ptzcal_image,
     ptzcal_label_row,
     ptzcal_laser_fn,
@@ -47,6 +51,7 @@ from ._structs import (
     ptzcal_line_fit_options,
     ptzcal_line_match_options,
     ptzcal_line_options,
+    ptzcal_located,
     ptzcal_log_fn,
     ptzcal_move_end_fn,
     ptzcal_plan_options,
@@ -69,6 +74,8 @@ from ._structs import (
     ptzcal_study_options,
     ptzcal_surface_options,
     ptzcal_suspect,
+    ptzcal_sweep_summary,
+    ptzcal_visible,
     ptzcal_zoom_position,
 )
 from .errors import Error, error as _error
@@ -134,6 +141,13 @@ _ptz = POINTER(ptzcal_ptz)
 _common_line = POINTER(ptzcal_common_line)
 _rig_view = POINTER(ptzcal_rig_view)
 _zoom_position = POINTER(ptzcal_zoom_position)
+_aim = POINTER(ptzcal_aim)
+_explore_options = POINTER(ptzcal_explore_options)
+_health = POINTER(ptzcal_health)
+_health_options = POINTER(ptzcal_health_options)
+_located = POINTER(ptzcal_located)
+_sweep_summary = POINTER(ptzcal_sweep_summary)
+_visible = POINTER(ptzcal_visible)
 _error_out = POINTER(c_void_p)
 
 # fmt: off
@@ -624,6 +638,71 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_mesh_save": (_status, _handle, c_char_p, _error_out),
     "ptzcal_mesh_load": (_status, c_char_p, _handle_out, _error_out),
     "ptzcal_mesh_depth_map": (_status, _handle, _camera, _handle_out, _error_out),
+    # Exploring, health checks, pointing.
+    "ptzcal_explore_options_init": (_status, _explore_options, c_size_t),
+    "ptzcal_visible_init": (_status, _visible, c_size_t),
+    "ptzcal_rig_explore": (
+        _status, _handle, _explore_options, _handle, ptzcal_progress_fn, _user,
+        _handle_out, _error_out,
+    ),
+    "ptzcal_exploration_free": (None, _handle),
+    "ptzcal_exploration_get_visible": (_status, _handle, c_uint32, _region, _visible, _error_out),
+    "ptzcal_exploration_copy_mask": (
+        _status, _handle, c_uint32, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_exploration_get_scan": (_status, _handle, _handle_out, _error_out),
+    "ptzcal_rig_fire_again": (
+        _status, _handle, _handle, _array, c_size_t, _handle, ptzcal_progress_fn, _user,
+        _handle_out, _error_out,
+    ),
+    "ptzcal_health_options_init": (_status, _health_options, c_size_t),
+    "ptzcal_health_init": (_status, _health, c_size_t),
+    "ptzcal_scan_choose_health_shots": (
+        _status, _handle, c_uint32, c_size_t, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_health_check": (
+        _status, _model, _handle, _handle, _handle, c_uint32, _health_options,
+        _handle_out, _error_out,
+    ),
+    "ptzcal_health_report_free": (None, _handle),
+    "ptzcal_health_report_get": (_status, _handle, _health, _error_out),
+    "ptzcal_health_report_reason": (c_char_p, _handle),
+    "ptzcal_health_report_copy_shots": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_health_report_refitted": (_status, _handle, _handle_out, _error_out),
+    "ptzcal_aim_init": (_status, _aim, c_size_t),
+    "ptzcal_located_init": (_status, _located, c_size_t),
+    "ptzcal_pointing_new": (_status, _handle, _model, _handle_out, _error_out),
+    "ptzcal_pointing_new_adjusted": (_status, _handle, c_uint32, c_uint32, _handle_out, _error_out),
+    "ptzcal_pointing_free": (None, _handle),
+    "ptzcal_pointing_set_rig_covariance": (_status, _handle, _array, _error_out),
+    "ptzcal_pointing_set_station": (_status, _handle, _pose, _array, _error_out),
+    "ptzcal_pointing_set_head_deviation": (_status, _handle, c_double, c_double, _error_out),
+    "ptzcal_pointing_set_zoom_curve": (_status, _handle, _handle, _error_out),
+    "ptzcal_pointing_set_reach": (
+        _status, _handle, c_double, c_double, c_double, c_double, _error_out,
+    ),
+    "ptzcal_pointing_set_plane": (_status, _handle, _array, c_double, _array, c_uint32, _error_out),
+    "ptzcal_pointing_set_cloud": (_status, _handle, _array, _array, c_size_t, c_uint32, _error_out),
+    "ptzcal_pointing_set_distance": (_status, _handle, c_double, c_double, _error_out),
+    "ptzcal_pointing_aim": (_status, _handle, _array, _array, c_double, c_double, _aim, _error_out),
+    "ptzcal_pointing_locate": (
+        _status, _handle, c_double, c_double, c_double, _array, _array, _located,
+        _error_out,
+    ),
+    "ptzcal_pointing_copy_located_along": (
+        _status, _handle, c_double, c_double, c_double, _array, _array, c_double,
+        c_double, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_ellipse": (_status, _array, c_double, _array, _array, _error_out),
+    "ptzcal_sweep_summary_init": (_status, _sweep_summary, c_size_t),
+    "ptzcal_pointing_sweep": (
+        _status, _handle, _array, _array, c_double, c_double, c_double, c_double,
+        _handle_out, _error_out,
+    ),
+    "ptzcal_sweep_free": (None, _handle),
+    "ptzcal_sweep_get_summary": (_status, _handle, _sweep_summary, _error_out),
+    "ptzcal_sweep_copy_steps": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_sweep_copy_curve": (_status, _handle, _array, c_size_t, _size_out, _error_out),
     # Joint adjustment.
     "ptzcal_adjustment_new": (_status, _model, _handle_out, _error_out),
     "ptzcal_adjustment_free": (None, _handle),

@@ -589,3 +589,111 @@ class ptzcal_ptz(Structure):
         ("motion", ptzcal_ptz_motion_fn),
         ("stop", ptzcal_ptz_stop_fn),
     ]
+
+
+class ptzcal_explore_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("max_shots", c_uint32),
+        ("reserved", c_uint32 * 2),
+        ("pan_min", c_double),
+        ("pan_max", c_double),
+        ("tilt_min", c_double),
+        ("tilt_max", c_double),
+        ("tolerance", c_double),
+        ("spacing", c_double),
+    ]
+
+
+class ptzcal_visible(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("shots", c_uint32),
+        ("seen", c_uint32),
+        ("measured", c_uint32),
+        ("share", c_double),
+    ]
+
+
+class ptzcal_health_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("false_alarm", c_double),
+        ("pan_sigma", c_double),
+        ("tilt_sigma", c_double),
+    ]
+
+
+class ptzcal_health(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("verdict", c_uint32),
+        ("has_statistic", c_uint32),
+        ("has_refit", c_uint32),
+        ("has_head_shift", c_uint32),
+        ("shots", c_uint32),
+        ("used", c_uint32),
+        ("not_seen", c_uint32),
+        ("scene_changed", c_uint32),
+        ("outliers", c_uint32),
+        ("chi2", c_double),
+        ("degrees_of_freedom", c_double),
+        ("probability", c_double),
+        ("change", c_double * 6),
+        ("change_covariance", c_double * 36),
+        ("head_shift", c_double * 2),
+        ("head_shift_covariance", c_double * 3),
+    ]
+
+
+class ptzcal_aim(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("has_zoom", c_uint32),
+        ("edge", c_uint32),
+        ("reserved", c_uint32),
+        ("pan", c_double),
+        ("tilt", c_double),
+        ("angle_covariance", c_double * 3),
+        ("zoom", c_double),
+        ("probability", c_double),
+        ("uv", c_double * 2),
+        ("uv_covariance", c_double * 3),
+        ("point", c_double * 3),
+        ("point_covariance", c_double * 9),
+        ("distance", c_double),
+        ("other_distance", c_double),
+    ]
+
+
+class ptzcal_located(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("edge", c_uint32),
+        ("hidden", c_uint32),
+        ("reserved", c_uint32),
+        ("uv", c_double * 2),
+        ("uv_covariance", c_double * 3),
+        ("point", c_double * 3),
+        ("point_covariance", c_double * 9),
+        ("distance", c_double),
+        ("other_distance", c_double),
+    ]
+
+
+class ptzcal_sweep_summary(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("steps", c_uint32),
+        ("points", c_uint32),
+        ("has_zoom", c_uint32),
+        ("pan_min", c_double),
+        ("pan_max", c_double),
+        ("tilt_min", c_double),
+        ("tilt_max", c_double),
+        ("middle_pan", c_double),
+        ("middle_tilt", c_double),
+        ("zoom", c_double),
+        ("probability", c_double),
+    ]

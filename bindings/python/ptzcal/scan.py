@@ -233,6 +233,17 @@ class Scan(Handle):
             )
         finally:
             self._pointer = pointer.value
+        self._read(failure)
+
+    @classmethod
+    def _of(cls, pointer: Optional[int], failure: Optional[BaseException] = None) -> "Scan":
+        """Takes over a scan that the library made."""
+        scan = cls.__new__(cls)
+        scan._pointer = pointer
+        scan._read(failure)
+        return scan
+
+    def _read(self, failure: Optional[BaseException]) -> None:
         self.end: Optional[Error] = None
         """Why the scan is not complete; None when it is."""
         try:

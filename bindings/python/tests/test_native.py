@@ -142,6 +142,9 @@ class Declarations(TestCase):
             ptzcal.StudyQuantity: "PTZCAL_STUDY_QUANTITY_",
             ptzcal.StudyPlot: "PTZCAL_STUDY_PLOT_",
             ptzcal.CloudNoise: "PTZCAL_CLOUD_NOISE_",
+            ptzcal.MeasuredBy: "PTZCAL_MEASURED_BY_",
+            ptzcal.Verdict: "PTZCAL_VERDICT_",
+            ptzcal.ShotState: "PTZCAL_SHOT_STATE_",
         }
         self.assertEqual(len(pairs), len(self.header.enums), "an enum has no Python counterpart")
         for enum, prefix in pairs.items():
