@@ -150,6 +150,14 @@ pub enum Error {
 
     #[error("not found: {reason}")]
     NotFound { reason: String },
+    #[error("no plane in {measurements} measurements")]
+    NoPlanes { measurements: usize },
+    /// Two stations' planes do not match.
+    #[error("the stations share too few planes: {reason}")]
+    NoSharedPlanes { reason: String },
+    /// Two stations' planes match in more than one way.
+    #[error("the pose between the stations is ambiguous: {reason}")]
+    AmbiguousStations { reason: String },
     #[error("ambiguous: {reason}")]
     Ambiguous { reason: String },
     #[error("no chessboard: {reason}")]
@@ -239,8 +247,8 @@ impl Error {
             Self::BehindCamera { .. } => Status::BehindCamera,
             Self::Unreachable { .. } => Status::Unreachable,
             Self::OutsideLens { .. } => Status::OutsideLens,
-            Self::NotFound { .. } | Self::NoChessboard { .. } => Status::NotFound,
-            Self::Ambiguous { .. } | Self::ManyChessboards { .. } => Status::Ambiguous,
+            Self::NotFound { .. } | Self::NoChessboard { .. } | Self::NoPlanes { .. } | Self::NoSharedPlanes { .. } => Status::NotFound,
+            Self::Ambiguous { .. } | Self::ManyChessboards { .. } | Self::AmbiguousStations { .. } => Status::Ambiguous,
             Self::Device { .. } => Status::Device,
             Self::DeviceLost { .. } => Status::DeviceLost,
             Self::DeviceTimeout { .. } => Status::DeviceTimeout,
@@ -297,6 +305,13 @@ impl Error {
             Self::Busy { .. } => Some("wait for the other call, or use a handle of your own for each thread"),
             Self::NotFound { .. } => Some("check exposure, the laser's power and the region of interest"),
             Self::Ambiguous { .. } => Some("give an off frame, a region of interest or the epipolar line"),
+            Self::NoPlanes { .. } => Some("measure larger flat surfaces more densely, or state the measurements' noise"),
+            Self::NoSharedPlanes { .. } => {
+                Some("both stations must see the same three walls, floors or faces in different directions")
+            }
+            Self::AmbiguousStations { .. } => {
+                Some("give a rough pose as prior, or measure what makes the room differ from itself turned")
+            }
             Self::NoChessboard { .. } => {
                 Some("check the number of inner corners, focus and light; all four sides of the board must be in view")
             }

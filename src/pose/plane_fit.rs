@@ -177,10 +177,10 @@ fn check_count(given: usize, needed: usize) -> Result<()> {
 }
 
 /// What a fit to some of the measurements says.
-struct Fit {
-    n: Vector3<f64>,
-    covariance: Matrix3<f64>,
-    chi_square: f64,
+pub(super) struct Fit {
+    pub n: Vector3<f64>,
+    pub covariance: Matrix3<f64>,
+    pub chi_square: f64,
 }
 
 /// Consensus, then alternately fit and choose the inliers until they stay.
@@ -262,7 +262,7 @@ fn linear_start(shots: &[InverseDepthPoint]) -> Result<Vector3<f64>> {
 }
 
 /// Gauss-Newton on the whitened inverse depths.
-fn maximum_likelihood(shots: &[InverseDepthPoint]) -> Result<Fit> {
+pub(super) fn maximum_likelihood(shots: &[InverseDepthPoint]) -> Result<Fit> {
     const MAX_ITERATIONS: usize = 50;
     let system = |n: &Vector3<f64>| {
         let (mut rows, mut gradient, mut chi_square) = (Vec::with_capacity(shots.len()), Vector3::zeros(), 0.0);
@@ -292,7 +292,7 @@ fn maximum_likelihood(shots: &[InverseDepthPoint]) -> Result<Fit> {
     Err(Error::NoConvergence { iterations: MAX_ITERATIONS, detail: "plane through laser shots".into() })
 }
 
-fn total_least_squares(points: &[Vector3<f64>], sigma: Option<f64>) -> Result<Fit> {
+pub(super) fn total_least_squares(points: &[Vector3<f64>], sigma: Option<f64>) -> Result<Fit> {
     let count = points.len() as f64;
     let centre = points.iter().sum::<Vector3<f64>>() / count;
     let size = points.iter().fold(0.0f64, |m, p| m.max(p.amax()));

@@ -70,16 +70,26 @@ pub fn plane_to_plane(planes: &[MatchedPlane]) -> Result<(Rigid, f64)> {
     Ok((Rigid { rotation, translation }, condition.max((values[0] / values[2]).powi(2))))
 }
 
+/// A pose by maximum likelihood.
+pub struct PlanePose {
+    pub b_to_a: Rigid,
+    /// Covariance of (w, t), as in [`PoseEstimate`](super::PoseEstimate).
+    pub covariance: SMatrix<f64, 6, 6>,
+    /// Sum of squares of the planes' differences, in their standard deviations.
+    pub chi_square: f64,
+}
+
 /// Maximum likelihood from the planes' estimates and covariances, by Gauss-Newton from `start`.
 /// A plane fit in inverse depth is nearly Gaussian in n, so that little is lost against a joint
 /// fit to all shots. Refuses planes without covariance.
-pub fn maximum_likelihood(planes: &[MatchedPlane], start: Rigid) -> Result<Rigid> {
+pub fn maximum_likelihood(planes: &[MatchedPlane], start: Rigid) -> Result<PlanePose> {
     const MAX_ITERATIONS: usize = 50;
     let singular =
         || Error::degenerate(Degeneracy::IllConditioned, "the planes, with their covariances, do not fix the pose");
     let mut pose = start;
     for _ in 0..MAX_ITERATIONS {
         let (mut information, mut gradient) = (SMatrix::<f64, 6, 6>::zeros(), Vector6::zeros());
+        let mut chi_square = 0.0;
         for p in planes {
             // n_a = m / (1 + m . t) with m = R n_b.
             let m = pose.rotation * p.b;
@@ -94,10 +104,14 @@ pub fn maximum_likelihood(planes: &[MatchedPlane], start: Rigid) -> Result<Rigid
             let mut jacobian = SMatrix::<f64, 3, 6>::zeros();
             jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&(by_m * -skew(&m)));
             jacobian.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-predicted * predicted.transpose()));
+            let difference = p.a - predicted;
+            let weighted = weight.solve(&difference);
             information += jacobian.transpose() * weight.solve(&jacobian);
-            gradient += jacobian.transpose() * weight.solve(&(p.a - predicted));
+            gradient += jacobian.transpose() * weighted;
+            chi_square += difference.dot(&weighted);
         }
-        let step = information.cholesky().ok_or_else(singular)?.solve(&gradient);
+        let factor = information.cholesky().ok_or_else(singular)?;
+        let step = factor.solve(&gradient);
         let (turn, shift) = (Vector3::new(step[0], step[1], step[2]), Vector3::new(step[3], step[4], step[5]));
         pose.rotation = exp(&turn) * pose.rotation;
         pose.translation += shift;
@@ -105,7 +119,7 @@ pub fn maximum_likelihood(planes: &[MatchedPlane], start: Rigid) -> Result<Rigid
             break;
         }
         if turn.norm() <= 1e-13 && shift.norm() <= 1e-13 * (1.0 + pose.translation.norm()) {
-            return Ok(pose);
+            return Ok(PlanePose { b_to_a: pose, covariance: factor.inverse(), chi_square });
         }
     }
     Err(Error::NoConvergence { iterations: MAX_ITERATIONS, detail: "registration of planes".into() })

@@ -1,0 +1,192 @@
+//! Sequential consensus of planes (RANSAC; Fischler and Bolles, CACM 1981) with local samples
+//! (Schnabel, Wahl and Klein, "Efficient RANSAC for point-cloud shape detection", CGF 2007).
+//!
+//! A plane that holds one measurement in a hundred is hit once in a million samples of any three
+//! measurements, but once in a few hundred of three neighbours. Neighbours are had without a search
+//! tree: in Morton order, a window is a neighbourhood, of whatever size.
+
+use nalgebra::Vector3;
+use rand_chacha::ChaCha8Rng;
+use rand_core::Rng;
+
+use super::measured::Measured;
+
+/// Half widths of the windows that samples are taken from. Of the narrow ones all are fitted: three
+/// neighbours span no plane for their noise.
+const WINDOWS: [usize; 4] = [6, 16, 64, 512];
+const FITTED: usize = 16;
+/// Measurements on which candidates are scored, and those that a first glance takes.
+const SCORED: usize = 4096;
+const GLANCE: usize = 256;
+/// Of the samples that start on a plane, those that lead to it.
+const USEFUL: f64 = 0.15;
+/// Samples for one plane, and the chance to overlook it.
+const MIN_SAMPLES: usize = 60;
+const MAX_SAMPLES: usize = 1500;
+const OVERLOOKED: f64 = 0.01;
+/// Hunts without a plane after which there are no more.
+const MISSES: usize = 2;
+/// Rounds in which a candidate is fitted to what agrees with it.
+const ROUNDS: usize = 8;
+/// Least significance of a surface. Thousands of candidates are tried, and not one may be luck.
+const SIGNIFICANT: f64 = 5.0;
+
+/// How many measurements agree with a plane, and how many lie in two shells of the same thickness
+/// just before and behind it.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Contrast {
+    pub inliers: usize,
+    pub shells: usize,
+}
+
+impl Contrast {
+    /// By how many standard deviations there are more than twice as many measurements in it as around
+    /// it. A cut through clutter has as many.
+    pub fn significance(&self) -> f64 {
+        let (inside, around) = (self.inliers as f64, self.shells as f64);
+        (inside - 2.0 * around) / (inside + 4.0 * around).sqrt().max(1.0)
+    }
+
+    pub fn is_surface(&self, min_points: usize) -> bool {
+        self.inliers >= min_points && self.significance() >= SIGNIFICANT
+    }
+
+    pub fn add(&mut self, residual: f64, threshold: f64) {
+        let size = residual.abs();
+        self.inliers += usize::from(size <= threshold);
+        self.shells += usize::from(size > threshold && size <= 2.0 * threshold);
+    }
+}
+
+pub(super) struct Limits {
+    /// Standard deviations within which a measurement agrees.
+    pub threshold: f64,
+    pub min_points: usize,
+    pub max_planes: usize,
+}
+
+/// Planes, the most significant first. The measurements are in Morton order.
+pub(super) fn search<M: Measured>(m: &M, limits: &Limits, rng: &mut ChaCha8Rng) -> Vec<Vector3<f64>> {
+    let mut free: Vec<u32> = (0..m.count() as u32).collect();
+    let (mut planes, mut misses) = (Vec::new(), 0);
+    while planes.len() < limits.max_planes && free.len() >= limits.min_points && misses < MISSES {
+        let mut scored = free.clone();
+        shuffle(&mut scored, SCORED, rng);
+        scored.truncate(SCORED);
+        let hunt = Hunt { m, limits, free: &free, scored: &scored };
+        let Some(n) = hunt.best(rng) else {
+            misses += 1;
+            continue;
+        };
+        // The shells go too: what noise and unevenness leave there would look like planes of its own.
+        free.retain(|i| m.residual(&n, *i as usize).abs() > 2.0 * limits.threshold);
+        planes.push(n);
+    }
+    planes
+}
+
+/// The first `count` places get a random choice of all.
+pub(super) fn shuffle(order: &mut [u32], count: usize, rng: &mut ChaCha8Rng) {
+    for i in 0..count.min(order.len()) {
+        let other = i + below(order.len() - i, rng);
+        order.swap(i, other);
+    }
+}
+
+fn below(count: usize, rng: &mut ChaCha8Rng) -> usize {
+    (rng.next_u64() % count as u64) as usize
+}
+
+/// The search for one plane.
+struct Hunt<'a, M> {
+    m: &'a M,
+    limits: &'a Limits,
+    /// Those of no plane yet, in Morton order.
+    free: &'a [u32],
+    /// A random choice of them, in random order.
+    scored: &'a [u32],
+}
+
+impl<M: Measured> Hunt<'_, M> {
+    /// The most significant plane; `None` where none was met.
+    fn best(&self, rng: &mut ChaCha8Rng) -> Option<Vector3<f64>> {
+        let mut best: Option<(Contrast, Vector3<f64>)> = None;
+        let (mut needed, mut tried) = (MAX_SAMPLES, 0);
+        let (glanced, rest) = self.scored.split_at(self.scored.len().min(GLANCE));
+        while tried < needed {
+            tried += 1;
+            let Some(n) = self.sample(rng) else { continue };
+            let glance = self.contrast(&n, glanced);
+            // A rough candidate grows by being fitted: a quarter of the best is promising.
+            let least = best.map_or(0.0, |(b, _)| b.inliers as f64 * glanced.len() as f64 / self.scored.len() as f64);
+            if (glance.inliers as f64) < least / 4.0 && !rest.is_empty() {
+                continue;
+            }
+            let (score, n) = self.grow(n);
+            if best.is_none_or(|(b, _)| score.significance() > b.significance()) {
+                best = Some((score, n));
+                needed = samples_needed(score.inliers as f64 / self.scored.len() as f64);
+            }
+        }
+        let n = self.refine(best?.1, self.free, 3);
+        self.contrast(&n, self.free).is_surface(self.limits.min_points).then_some(n)
+    }
+
+    fn sample(&self, rng: &mut ChaCha8Rng) -> Option<Vector3<f64>> {
+        let count = self.free.len();
+        let level = below(WINDOWS.len() + 1, rng);
+        let half = WINDOWS.get(level).map_or(count, |w| *w).min(count);
+        let middle = below(count, rng);
+        let window = &self.free[middle.saturating_sub(half)..(middle + half).min(count)];
+        if half <= FITTED {
+            return self.m.quick_fit(window);
+        }
+        let pick = |rng: &mut ChaCha8Rng| window[below(window.len(), rng)];
+        let three = [self.free[middle], pick(rng), pick(rng)];
+        if three[0] == three[1] || three[1] == three[2] || three[2] == three[0] {
+            return None;
+        }
+        self.m.quick_fit(&three)
+    }
+
+    fn contrast(&self, n: &Vector3<f64>, among: &[u32]) -> Contrast {
+        let mut contrast = Contrast::default();
+        among.iter().for_each(|i| contrast.add(self.m.residual(n, *i as usize), self.limits.threshold));
+        contrast
+    }
+
+    /// Fits a candidate to what agrees with it as long as that makes it more significant.
+    fn grow(&self, n: Vector3<f64>) -> (Contrast, Vector3<f64>) {
+        let mut best = (self.contrast(&n, self.scored), n);
+        for _ in 0..ROUNDS {
+            let n = self.refine(best.1, self.scored, 1);
+            let score = self.contrast(&n, self.scored);
+            if score.significance() <= best.0.significance() {
+                break;
+            }
+            best = (score, n);
+        }
+        best
+    }
+
+    fn refine(&self, mut n: Vector3<f64>, among: &[u32], rounds: usize) -> Vector3<f64> {
+        for _ in 0..rounds {
+            let agrees = |i: &&u32| self.m.residual(&n, **i as usize).abs() <= self.limits.threshold;
+            let inliers: Vec<u32> = among.iter().filter(agrees).copied().collect();
+            match self.m.quick_fit(&inliers) {
+                Some(better) if inliers.len() >= 3 => n = better,
+                _ => break,
+            }
+        }
+        n
+    }
+}
+
+/// Samples after which a plane with this share of the free measurements was overlooked by chance.
+fn samples_needed(share: f64) -> usize {
+    let missed = (1.0 - USEFUL * share).ln();
+    if missed >= 0.0 {
+        return MAX_SAMPLES;
+    }
+    ((OVERLOOKED.ln() / missed).ceil() as usize).clamp(MIN_SAMPLES, MAX_SAMPLES)
+}
