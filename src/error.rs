@@ -148,6 +148,10 @@ pub enum Error {
     #[error("camera {index}: {source}")]
     Camera { index: usize, source: Box<Error> },
 
+    /// One of several regions of measurements failed.
+    #[error("region {index}: {source}")]
+    Region { index: usize, source: Box<Error> },
+
     #[error("not found: {reason}")]
     NotFound { reason: String },
     #[error("no plane in {measurements} measurements")]
@@ -228,9 +232,14 @@ impl Error {
         Self::Camera { index, source: Box::new(source) }
     }
 
+    /// The fault of one region among several.
+    pub fn in_region(index: usize, source: Self) -> Self {
+        Self::Region { index, source: Box::new(source) }
+    }
+
     pub fn status(&self) -> Status {
         match self {
-            Self::Camera { source, .. } => source.status(),
+            Self::Camera { source, .. } | Self::Region { source, .. } => source.status(),
             Self::InvalidArgument { .. } => Status::InvalidArgument,
             Self::NullPointer { .. } => Status::NullPointer,
             Self::NotFinite { .. } => Status::NotFinite,
@@ -277,7 +286,8 @@ impl Error {
             Self::NotFinite { index, .. }
             | Self::BehindCamera { index }
             | Self::OutsideLens { index }
-            | Self::Camera { index, .. } => Some(*index),
+            | Self::Camera { index, .. }
+            | Self::Region { index, .. } => Some(*index),
             _ => None,
         }
     }
@@ -285,7 +295,7 @@ impl Error {
     /// What the user can do about it, where there is something to say.
     pub fn hint(&self) -> Option<&'static str> {
         match self {
-            Self::Camera { source, .. } => source.hint(),
+            Self::Camera { source, .. } | Self::Region { source, .. } => source.hint(),
             Self::Degenerate { kind, .. } => Some(kind.hint()),
             Self::TooFewPoints { .. } => Some("add points spread over the image and over depth"),
             Self::TooFewSpots { .. } => Some("add pictures with the laser on, its spot on the board, near and far"),

@@ -20,7 +20,7 @@ pub use line_fit::{LineEstimate, LineFitOptions, PointNoise, fit_line_3d};
 pub use plane_fit::{PlaneEstimate, PlaneFitOptions, fit_plane_to_points, fit_plane_to_shots};
 pub use planes::{
     FindPlanesOptions, FoundPlane, PlaneRegion, PlaneSupport, StationPlanes, find_planes_in_points, find_planes_in_shots,
-    shots_of_depth_map,
+    fit_regions_of_points, fit_regions_of_shots, shots_of_depth_map,
 };
 pub use stations::{PosePrior, StationOptions, StationPose, common_roof_edges, register_stations};
 pub use procrustes::{ProcrustesFit, procrustes};

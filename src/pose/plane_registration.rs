@@ -18,6 +18,30 @@ pub struct MatchedPlane {
 }
 
 impl MatchedPlane {
+    /// n in a's frame as b's estimate and a pose predict it, its derivatives by n in b's, by m = R n_b
+    /// and the covariance of the difference. n_a = m / (1 + m . t).
+    fn predicted(&self, b_to_a: &Rigid) -> Prediction {
+        let m = b_to_a.rotation * self.b;
+        let scale = 1.0 + m.dot(&b_to_a.translation);
+        let n = m / scale;
+        let by_m = (Matrix3::identity() - n * b_to_a.translation.transpose()) / scale;
+        let by_b = by_m * b_to_a.rotation;
+        Prediction { n, m, by_m, covariance: self.covariance_a + by_b * self.covariance_b * by_b.transpose() }
+    }
+
+    /// Squared difference of the two estimates by a pose, in standard deviations; infinite without a
+    /// covariance.
+    pub(super) fn distance(&self, b_to_a: &Rigid) -> f64 {
+        let p = self.predicted(b_to_a);
+        let difference = self.a - p.n;
+        p.covariance.cholesky().map_or(f64::INFINITY, |c| difference.dot(&c.solve(&difference)))
+    }
+
+    /// The same planes with other variances.
+    pub(super) fn scaled(&self, factor: f64) -> Self {
+        Self { covariance_a: self.covariance_a * factor, covariance_b: self.covariance_b * factor, ..*self }
+    }
+
     /// Angular variance of the two unit normals together (radians^2) and variance of the
     /// difference of the distances (metres^2).
     fn variances(&self) -> (f64, f64) {
@@ -29,6 +53,13 @@ impl MatchedPlane {
             (one(&self.a, &self.covariance_a), one(&self.b, &self.covariance_b));
         (angle_a + angle_b, distance_a + distance_b)
     }
+}
+
+struct Prediction {
+    n: Vector3<f64>,
+    m: Vector3<f64>,
+    by_m: Matrix3<f64>,
+    covariance: Matrix3<f64>,
 }
 
 /// Smallest ratio of the least to the largest extent of the normals.
@@ -91,20 +122,14 @@ pub fn maximum_likelihood(planes: &[MatchedPlane], start: Rigid) -> Result<Plane
         let (mut information, mut gradient) = (SMatrix::<f64, 6, 6>::zeros(), Vector6::zeros());
         let mut chi_square = 0.0;
         for p in planes {
-            // n_a = m / (1 + m . t) with m = R n_b.
-            let m = pose.rotation * p.b;
-            let scale = 1.0 + m.dot(&pose.translation);
-            let predicted = m / scale;
-            let by_m = (Matrix3::identity() - predicted * pose.translation.transpose()) / scale;
-            let by_b = by_m * pose.rotation;
-            let covariance = p.covariance_a + by_b * p.covariance_b * by_b.transpose();
+            let Prediction { n, m, by_m, covariance } = p.predicted(&pose);
             let weight = covariance.cholesky().ok_or_else(|| {
                 Error::invalid("method", "maximum likelihood needs planes with a covariance of full rank")
             })?;
             let mut jacobian = SMatrix::<f64, 3, 6>::zeros();
             jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&(by_m * -skew(&m)));
-            jacobian.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-predicted * predicted.transpose()));
-            let difference = p.a - predicted;
+            jacobian.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-n * n.transpose()));
+            let difference = p.a - n;
             let weighted = weight.solve(&difference);
             information += jacobian.transpose() * weight.solve(&jacobian);
             gradient += jacobian.transpose() * weighted;

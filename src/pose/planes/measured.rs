@@ -67,20 +67,31 @@ impl Measured for Cloud {
 }
 
 /// Points on rays.
-pub(super) struct Shots(pub Vec<InverseDepthPoint>);
+pub(super) struct Shots {
+    shots: Vec<InverseDepthPoint>,
+    /// Inverse standard deviations.
+    weights: Vec<f64>,
+}
+
+impl Shots {
+    pub fn new(shots: Vec<InverseDepthPoint>) -> Self {
+        let weights = shots.iter().map(|s| s.variance.sqrt().recip()).collect();
+        Self { shots, weights }
+    }
+}
 
 impl Measured for Shots {
     fn count(&self) -> usize {
-        self.0.len()
+        self.shots.len()
     }
 
     fn position(&self, i: usize) -> Option<Vector3<f64>> {
-        self.0[i].point()
+        self.shots[i].point()
     }
 
     fn residual(&self, n: &Vector3<f64>, i: usize) -> f64 {
-        let shot = &self.0[i];
-        let r = (shot.rho - n.dot(&shot.direction) / (1.0 - n.dot(&shot.origin))) / shot.variance.sqrt();
+        let shot = &self.shots[i];
+        let r = (shot.rho - n.dot(&shot.direction) / (1.0 - n.dot(&shot.origin))) * self.weights[i];
         if r.is_nan() { f64::INFINITY } else { r }
     }
 
@@ -88,20 +99,20 @@ impl Measured for Shots {
     fn quick_fit(&self, used: &[u32]) -> Option<Vector3<f64>> {
         let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
         for i in used {
-            let s = &self.0[*i as usize];
-            let row = s.origin * s.rho + s.direction;
-            normal += row * row.transpose() / s.variance;
-            right += row * (s.rho / s.variance);
+            let (s, w) = (&self.shots[*i as usize], self.weights[*i as usize]);
+            let row = (s.origin * s.rho + s.direction) * w;
+            normal += row * row.transpose();
+            right += row * (s.rho * w);
         }
         let n = normal.cholesky()?.solve(&right);
         n.iter().all(|v| v.is_finite()).then_some(n)
     }
 
     fn fit(&self, used: &[u32]) -> Result<Fit> {
-        maximum_likelihood(&self.subset(used).0)
+        maximum_likelihood(&self.subset(used).shots)
     }
 
     fn subset(&self, chosen: &[u32]) -> Self {
-        Self(chosen.iter().map(|i| self.0[*i as usize]).collect())
+        Self::new(chosen.iter().map(|i| self.shots[*i as usize]).collect())
     }
 }

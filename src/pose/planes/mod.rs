@@ -148,24 +148,112 @@ pub fn find_planes_in_points(
     Ok(StationPlanes { sigma, ..planes })
 }
 
-/// Planes in laser shots. Those that are not finite are passed over.
+/// Planes in laser shots. Those at infinity, and those that are not finite, are passed over.
 ///
 /// # Errors
-/// As [`find_planes_in_points`]; `InvalidArgument` also for a shot whose variance is not positive.
+/// As [`find_planes_in_points`].
 pub fn find_planes_in_shots(shots: &[InverseDepthPoint], options: &FindPlanesOptions) -> Result<StationPlanes> {
     options.check()?;
-    if let Some(i) = shots.iter().position(|s| s.variance <= 0.0) {
-        return Err(Error::invalid("shots", format!("shot {i}: its variance is not positive")));
-    }
-    let usable = within(shots.iter().map(|s| s.variance.is_finite().then(|| s.point()).flatten()), options)?;
-    let unevenness = |s: &InverseDepthPoint| (options.flatness * s.rho * s.rho).powi(2);
-    let uneven = |i: &u32| {
-        let s = shots[*i as usize];
-        InverseDepthPoint { variance: s.variance + unevenness(&s), ..s }
-    };
-    let all = Shots(usable.chosen.iter().map(uneven).collect());
+    let usable = within(shots.iter().map(usable_point), options)?;
+    let all = Shots::new(usable.chosen.iter().map(|i| uneven(&shots[*i as usize], options)).collect());
     let sought = thinned(&all, options.seed);
     found(&all, sought, &usable, options)
+}
+
+/// One plane for each region of the points, in their order, whatever else the regions hold up to half.
+/// A point of two regions is labelled with the first.
+///
+/// # Errors
+/// `InvalidArgument` for an index that is none; `Region` with what a region lacks, as
+/// [`fit_plane_to_points`] tells.
+pub fn fit_regions_of_points(
+    points: &[Vector3<f64>],
+    sigma: Option<f64>,
+    regions: &[PlaneRegion],
+    options: &FindPlanesOptions,
+) -> Result<StationPlanes> {
+    options.check()?;
+    check_sigma(sigma)?;
+    let usable = within(points.iter().map(|p| p.iter().all(|v| v.is_finite()).then_some(*p)), options)?;
+    let noise = sigma.map(|s| s.hypot(options.flatness));
+    let fit_options = fit_options(options);
+    let fit = |used: &[u32]| {
+        let points: Vec<Vector3<f64>> = used.iter().map(|i| points[*i as usize]).collect();
+        let estimate = fit_plane_to_points(&points, noise, &fit_options)?;
+        let inside: Vec<u32> = flagged(&estimate.inliers);
+        let off = |i: &u32| (estimate.n.dot(&points[*i as usize]) - 1.0).powi(2) / estimate.n.norm_squared();
+        let rms = (inside.iter().map(off).sum::<f64>() / inside.len().saturating_sub(3).max(1) as f64).sqrt();
+        let cloud = Cloud { sigma: noise.unwrap_or(rms.max(f64::MIN_POSITIVE)), points };
+        Ok((estimate, describe(&cloud, &inside)))
+    };
+    let position = |i: u32| Some(points[i as usize]);
+    let planes = fitted(regions, &usable, position, fit)?;
+    Ok(StationPlanes { sigma: sigma.unwrap_or(0.0), ..planes })
+}
+
+/// The same for shots.
+///
+/// # Errors
+/// As [`fit_regions_of_points`] and [`fit_plane_to_shots`].
+pub fn fit_regions_of_shots(
+    shots: &[InverseDepthPoint],
+    regions: &[PlaneRegion],
+    options: &FindPlanesOptions,
+) -> Result<StationPlanes> {
+    options.check()?;
+    let usable = within(shots.iter().map(usable_point), options)?;
+    let fit_options = fit_options(options);
+    let fit = |used: &[u32]| {
+        let shots: Vec<_> = used.iter().map(|i| uneven(&shots[*i as usize], options)).collect();
+        let estimate = fit_plane_to_shots(&shots, &fit_options)?;
+        let inside = flagged(&estimate.inliers);
+        Ok((estimate, describe(&Shots::new(shots), &inside)))
+    };
+    fitted(regions, &usable, |i| shots[i as usize].point(), fit)
+}
+
+fn fit_options(options: &FindPlanesOptions) -> PlaneFitOptions {
+    PlaneFitOptions { robust: true, outlier_threshold: options.threshold.max(3.0), seed: options.seed }
+}
+
+fn flagged(flags: &[bool]) -> Vec<u32> {
+    flags.iter().enumerate().filter(|(_, f)| **f).map(|(i, _)| i as u32).collect()
+}
+
+/// Fits a plane to each region.
+fn fitted(
+    regions: &[PlaneRegion],
+    usable: &Usable,
+    position: impl Fn(u32) -> Option<Vector3<f64>>,
+    fit: impl Fn(&[u32]) -> Result<(PlaneEstimate, Option<FoundPlane>)>,
+) -> Result<StationPlanes> {
+    if regions.is_empty() || regions.len() > MAX_PLANES {
+        return Err(Error::invalid("regions", format!("{} are not 1 to {MAX_PLANES}", regions.len())));
+    }
+    let mut labels = vec![None; usable.total];
+    let mut planes = Vec::new();
+    for (k, region) in regions.iter().enumerate() {
+        let used = usable.of(region, &position).map_err(|e| Error::in_region(k, e))?;
+        let (estimate, found) = fit(&used).map_err(|e| Error::in_region(k, e))?;
+        // What `fit` accepts can be described.
+        let unclear = || Error::in_region(k, Error::NoPlanes { measurements: used.len() });
+        planes.push(found.ok_or_else(unclear)?);
+        for i in flagged(&estimate.inliers) {
+            labels[used[i as usize] as usize].get_or_insert(k as u16);
+        }
+    }
+    let view = seen(&planes, &labels, usable.chosen.iter().map(|i| (*i, position(*i))));
+    Ok(StationPlanes { planes, labels, sigma: 0.0, view })
+}
+
+/// The view of measurements with their labels.
+fn seen(
+    planes: &[FoundPlane],
+    labels: &[Option<u16>],
+    places: impl Iterator<Item = (u32, Option<Vector3<f64>>)>,
+) -> View {
+    let normals: Vec<Vector3<f64>> = planes.iter().map(|p| p.estimate.n.normalize()).collect();
+    View::of(places.filter_map(|(i, place)| Some((place?, labels[i as usize].map(|k| normals[k as usize])))))
 }
 
 /// The shots of a depth map, one a pixel; those of pixels without depth are not finite.
@@ -194,6 +282,17 @@ pub fn shots_of_depth_map(map: &DepthMap, camera: &Camera, noise: &DepthNoise) -
     Ok(pixels.map(|(x, y)| shot(x, y).unwrap_or(nothing)).collect())
 }
 
+/// Where a shot is, if it can be used.
+fn usable_point(shot: &InverseDepthPoint) -> Option<Vector3<f64>> {
+    (shot.variance > 0.0 && shot.variance.is_finite()).then(|| shot.point()).flatten()
+}
+
+/// A shot with the variance of an uneven surface besides its own.
+fn uneven(shot: &InverseDepthPoint, options: &FindPlanesOptions) -> InverseDepthPoint {
+    let unevenness = options.flatness * shot.rho.powi(2) * shot.direction.norm();
+    InverseDepthPoint { variance: shot.variance + unevenness.powi(2), ..*shot }
+}
+
 fn check_sigma(sigma: Option<f64>) -> Result<()> {
     match sigma {
         Some(s) if !(s > 0.0 && s.is_finite()) => {
@@ -208,6 +307,31 @@ struct Usable {
     /// Of all measurements.
     total: usize,
     chosen: Vec<u32>,
+}
+
+impl Usable {
+    /// The usable measurements of a region, each once.
+    fn of(&self, region: &PlaneRegion, position: impl Fn(u32) -> Option<Vector3<f64>>) -> Result<Vec<u32>> {
+        match region {
+            PlaneRegion::Indices(indices) => {
+                if let Some(i) = indices.iter().find(|i| **i >= self.total) {
+                    return Err(Error::invalid("regions", format!("there is no measurement {i}")));
+                }
+                let mut used: Vec<u32> = indices.iter().map(|i| *i as u32).collect();
+                used.sort_unstable();
+                used.dedup();
+                used.retain(|i| self.chosen.binary_search(i).is_ok());
+                Ok(used)
+            }
+            PlaneRegion::Box([low, high]) => {
+                if low.iter().zip(high.iter()).any(|(l, h)| !(l.is_finite() && h.is_finite() && l < h)) {
+                    return Err(Error::invalid("regions", "a box without inside"));
+                }
+                let inside = |i: &&u32| position(**i).is_some_and(|p| p.inf(low) == *low && p.sup(high) == *high);
+                Ok(self.chosen.iter().filter(inside).copied().collect())
+            }
+        }
+    }
 }
 
 fn within(
@@ -299,10 +423,7 @@ fn found<M: Measured>(all: &M, sought: M, usable: &Usable, options: &FindPlanesO
     for (i, label) in usable.chosen.iter().zip(&labels) {
         whole[*i as usize] = label.and_then(|k| numbers[k as usize]);
     }
-    let normals: Vec<Vector3<f64>> = planes.iter().map(|p| p.estimate.n.normalize()).collect();
-    let normal = |i: u32| whole[i as usize].map(|k: u16| normals[k as usize]);
-    let seen = usable.chosen.iter().enumerate().filter_map(|(k, i)| Some((all.position(k)?, normal(*i))));
-    let view = View::of(seen);
+    let view = seen(&planes, &whole, usable.chosen.iter().enumerate().map(|(k, i)| (*i, all.position(k))));
     Ok(StationPlanes { planes, labels: whole, sigma: 0.0, view })
 }
 

@@ -15,9 +15,11 @@ use super::measured::Measured;
 /// neighbours span no plane for their noise.
 const WINDOWS: [usize; 4] = [6, 16, 64, 512];
 const FITTED: usize = 16;
-/// Measurements on which candidates are scored, and those that a first glance takes.
+/// Measurements on which candidates are scored.
 const SCORED: usize = 4096;
-const GLANCE: usize = 256;
+/// Measurements at which a first glance is taken, and the significance there of a promising candidate.
+const GLANCE: usize = 128;
+const PROMISING: f64 = 2.0;
 /// Of the samples that start on a plane, those that lead to it.
 const USEFUL: f64 = 0.15;
 /// Samples for one plane, and the chance to overlook it.
@@ -112,17 +114,19 @@ impl<M: Measured> Hunt<'_, M> {
     fn best(&self, rng: &mut ChaCha8Rng) -> Option<Vector3<f64>> {
         let mut best: Option<(Contrast, Vector3<f64>)> = None;
         let (mut needed, mut tried) = (MAX_SAMPLES, 0);
-        let (glanced, rest) = self.scored.split_at(self.scored.len().min(GLANCE));
         while tried < needed {
             tried += 1;
-            let Some(n) = self.sample(rng) else { continue };
-            let glance = self.contrast(&n, glanced);
-            // A rough candidate grows by being fitted: a quarter of the best is promising.
-            let least = best.map_or(0.0, |(b, _)| b.inliers as f64 * glanced.len() as f64 / self.scored.len() as f64);
-            if (glance.inliers as f64) < least / 4.0 && !rest.is_empty() {
+            let Some((n, around)) = self.sample(rng) else { continue };
+            if self.contrast(&n, around).significance() < PROMISING {
                 continue;
             }
-            let (score, n) = self.grow(n);
+            let least = best.map_or(0, |(b, _)| b.inliers / 4);
+            // A rough candidate grows by being fitted: a quarter of the best may become the best.
+            let score = self.contrast(&n, self.scored);
+            if score.inliers < least {
+                continue;
+            }
+            let (score, n) = self.grow(score, n);
             if best.is_none_or(|(b, _)| score.significance() > b.significance()) {
                 best = Some((score, n));
                 needed = samples_needed(score.inliers as f64 / self.scored.len() as f64);
@@ -132,21 +136,22 @@ impl<M: Measured> Hunt<'_, M> {
         self.contrast(&n, self.free).is_surface(self.limits.min_points).then_some(n)
     }
 
-    fn sample(&self, rng: &mut ChaCha8Rng) -> Option<Vector3<f64>> {
+    /// A plane through neighbours, and those around them that must bear it out.
+    fn sample(&self, rng: &mut ChaCha8Rng) -> Option<(Vector3<f64>, &[u32])> {
         let count = self.free.len();
-        let level = below(WINDOWS.len() + 1, rng);
-        let half = WINDOWS.get(level).map_or(count, |w| *w).min(count);
         let middle = below(count, rng);
-        let window = &self.free[middle.saturating_sub(half)..(middle + half).min(count)];
+        let window = |half: usize| &self.free[middle.saturating_sub(half)..middle.saturating_add(half).min(count)];
+        let half = *WINDOWS.get(below(WINDOWS.len() + 1, rng)).unwrap_or(&count);
+        let near = window(half);
+        let around = if half < count { window(half.max(GLANCE / 2)) } else { &self.scored[..self.scored.len().min(GLANCE)] };
         if half <= FITTED {
-            return self.m.quick_fit(window);
+            return Some((self.m.quick_fit(near)?, around));
         }
-        let pick = |rng: &mut ChaCha8Rng| window[below(window.len(), rng)];
-        let three = [self.free[middle], pick(rng), pick(rng)];
+        let three = [self.free[middle], near[below(near.len(), rng)], near[below(near.len(), rng)]];
         if three[0] == three[1] || three[1] == three[2] || three[2] == three[0] {
             return None;
         }
-        self.m.quick_fit(&three)
+        Some((self.m.quick_fit(&three)?, around))
     }
 
     fn contrast(&self, n: &Vector3<f64>, among: &[u32]) -> Contrast {
@@ -156,8 +161,8 @@ impl<M: Measured> Hunt<'_, M> {
     }
 
     /// Fits a candidate to what agrees with it as long as that makes it more significant.
-    fn grow(&self, n: Vector3<f64>) -> (Contrast, Vector3<f64>) {
-        let mut best = (self.contrast(&n, self.scored), n);
+    fn grow(&self, score: Contrast, n: Vector3<f64>) -> (Contrast, Vector3<f64>) {
+        let mut best = (score, n);
         for _ in 0..ROUNDS {
             let n = self.refine(best.1, self.scored, 1);
             let score = self.contrast(&n, self.scored);

@@ -14,7 +14,7 @@ use nalgebra::{Matrix6, Vector3};
 use self::correspond::{Side, candidates, matched, partial};
 use self::judge::{Verdict, judge};
 use self::unobservable::check_span;
-use super::plane_registration::{MatchedPlane, maximum_likelihood, plane_to_plane};
+use super::plane_registration::{MatchedPlane, PlanePose, maximum_likelihood, plane_to_plane};
 use super::planes::{FoundPlane, StationPlanes};
 use super::roof_edge::RoofEdges;
 use crate::error::{Error, Result};
@@ -66,8 +66,8 @@ impl Default for StationOptions {
         Self {
             max_angle: 4f64.to_radians(),
             max_distance: 0.1,
-            min_agreement: 0.85,
-            max_runner_up: 0.95,
+            min_agreement: 0.93,
+            max_runner_up: 0.93,
             prior: None,
         }
     }
@@ -108,7 +108,7 @@ pub struct StationPose {
     /// Station b's frame to station a's, X_a = R X_b + t.
     pub b_to_a: Rigid,
     /// Covariance of (w, t): w the rotation vector in `R <- exp([w]x) R`, radians about the axes of a's
-    /// frame; t the position of b, metres. Scaled up where the planes' differences contradict theirs.
+    /// frame; t the position of b, metres. Larger where the planes' differences contradict theirs.
     pub covariance: Matrix6<f64>,
     /// Numbers of the planes that are the same, in a and in b.
     pub matches: Vec<[usize; 2]>,
@@ -123,6 +123,10 @@ pub struct StationPose {
     /// The score of the best other pose, relative to this one's; 0 where there is none.
     pub runner_up: f64,
 }
+
+/// Degrees of freedom of the errors of planes that are worse than stated, and rounds of weighing them.
+const FREEDOM: f64 = 4.0;
+const ROBUST_ROUNDS: usize = 20;
 
 /// Finds the pose between two stations from the planes that both saw. Any number of other planes, and
 /// of parallel ones, may be among them.
@@ -313,23 +317,43 @@ impl Pair<'_> {
     fn conclude(&self, best: &Judged, runner_up: f64) -> Result<StationPose> {
         let planes = self.matched_planes(&best.matches);
         let (start, condition) = plane_to_plane(&planes)?;
-        let fit = maximum_likelihood(&planes, start)?;
+        let mut fit = maximum_likelihood(&planes, start)?;
         let degrees_of_freedom = 3 * planes.len() - 6;
         let freedom = degrees_of_freedom as f64;
-        // Stated covariances are believed, unless the differences contradict them.
-        let contradicted = upper_tail(fit.chi_square, freedom) < BEYOND_CHANCE;
-        let scale = if contradicted { (fit.chi_square / freedom).max(1.0) } else { 1.0 };
+        let chi_square = fit.chi_square;
+        // Stated covariances are believed, unless the differences contradict them: some walls are not
+        // plane, some instruments bend them, and some planes are not the same after all.
+        if upper_tail(chi_square, freedom) < BEYOND_CHANCE {
+            fit = robust(&planes, fit)?;
+        }
         Ok(StationPose {
             b_to_a: fit.b_to_a,
-            covariance: fit.covariance * scale,
+            covariance: fit.covariance,
             matches: best.matches.clone(),
-            chi_square: fit.chi_square,
+            chi_square,
             degrees_of_freedom,
             condition,
             agreement: best.verdict.agreement(),
             runner_up,
         })
     }
+}
+
+/// Maximum likelihood with errors by Student's t (Lange, Little and Taylor, JASA 1989), of a scale that is
+/// fitted too.
+fn robust(planes: &[MatchedPlane], mut fit: PlanePose) -> Result<PlanePose> {
+    let (count, mut scale) = (planes.len() as f64, (fit.chi_square / (3 * planes.len() - 6) as f64).max(1.0));
+    for _ in 0..ROBUST_ROUNDS {
+        let distances: Vec<f64> = planes.iter().map(|p| p.distance(&fit.b_to_a)).collect();
+        let weight = |d: &f64| (FREEDOM + 3.0) / (FREEDOM + d / scale);
+        let weights: Vec<f64> = distances.iter().map(weight).collect();
+        // As many equations as are left by the pose's six parameters.
+        let sum: f64 = weights.iter().zip(&distances).map(|(w, d)| w * d).sum();
+        scale = (sum / (3.0 * count - 6.0)).max(1.0);
+        let weighted: Vec<MatchedPlane> = planes.iter().zip(&weights).map(|(p, w)| p.scaled(scale / w)).collect();
+        fit = maximum_likelihood(&weighted, fit.b_to_a)?;
+    }
+    Ok(fit)
 }
 
 fn sort(judged: &mut [Judged]) {
