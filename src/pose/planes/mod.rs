@@ -3,6 +3,7 @@
 
 mod measured;
 mod order;
+mod patch;
 mod search;
 mod support;
 pub(super) mod view;

@@ -10,6 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::Rng;
 
 use super::measured::Measured;
+use super::patch;
 
 /// Half widths of the windows that samples are taken from. Of the narrow ones all are fitted: three
 /// neighbours span no plane for their noise.
@@ -132,7 +133,7 @@ impl<M: Measured> Hunt<'_, M> {
                 needed = samples_needed(score.inliers as f64 / self.scored.len() as f64);
             }
         }
-        let n = self.refine(best?.1, self.free, 3);
+        let n = self.on_one_patch(self.refine(best?.1, self.free, 3));
         self.contrast(&n, self.free).is_surface(self.limits.min_points).then_some(n)
     }
 
@@ -176,14 +177,30 @@ impl<M: Measured> Hunt<'_, M> {
 
     fn refine(&self, mut n: Vector3<f64>, among: &[u32], rounds: usize) -> Vector3<f64> {
         for _ in 0..rounds {
-            let agrees = |i: &&u32| self.m.residual(&n, **i as usize).abs() <= self.limits.threshold;
-            let inliers: Vec<u32> = among.iter().filter(agrees).copied().collect();
+            let inliers = self.inliers(&n, among);
             match self.m.quick_fit(&inliers) {
                 Some(better) if inliers.len() >= 3 => n = better,
                 _ => break,
             }
         }
         n
+    }
+
+    /// The plane of the largest connected part, and of whatever else lies on that.
+    fn on_one_patch(&self, n: Vector3<f64>) -> Vector3<f64> {
+        let inliers = self.inliers(&n, self.free);
+        let (used, places): (Vec<u32>, Vec<Vector3<f64>>) =
+            inliers.iter().filter_map(|i| Some((*i, self.m.position(*i as usize)?))).unzip();
+        let part: Vec<u32> = patch::largest(&places, &n).into_iter().map(|k| used[k]).collect();
+        if part.len() == inliers.len() || part.len() < 3 {
+            return n;
+        }
+        self.m.quick_fit(&part).map_or(n, |n| self.refine(n, self.free, 1))
+    }
+
+    fn inliers(&self, n: &Vector3<f64>, among: &[u32]) -> Vec<u32> {
+        let agrees = |i: &&u32| self.m.residual(n, **i as usize).abs() <= self.limits.threshold;
+        among.iter().filter(agrees).copied().collect()
     }
 }
 
