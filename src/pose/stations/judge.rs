@@ -1,7 +1,9 @@
 //! Whether a pose between two stations can be true: surfaces must meet surfaces, and none may lie where
 //! the other station saw through.
 
-use crate::geometry::Rigid;
+use nalgebra::Vector3;
+
+use crate::geometry::{Plane, Rigid};
 use crate::pose::planes::view::{Sight, View};
 
 /// A surface is met within so many metres and so much of its distance.
@@ -15,6 +17,10 @@ pub(super) struct Verdict {
     pub met: usize,
     /// Places of one through which the other saw, or where it has a surface across.
     pub crossed: usize,
+    /// Of those that met, the ones on none of the planes that the pose was made from.
+    pub confirmed: usize,
+    /// Of those that did not, the ones on none of these planes.
+    pub refuted: usize,
     /// All places that were looked up.
     pub asked: usize,
 }
@@ -33,21 +39,31 @@ impl Verdict {
 }
 
 /// Looks up about so many places of each view in the other.
-pub(super) fn judge(a: &View, b: &View, b_to_a: &Rigid, places: usize) -> Verdict {
+/// `used`: the planes that the pose was made from, in a's frame.
+pub(super) fn judge(a: &View, b: &View, b_to_a: &Rigid, used: &[Plane], places: usize) -> Verdict {
     let mut verdict = Verdict::default();
-    let mut ask = |from: &View, to: &View, transform: &Rigid| {
+    let off = |x: &Vector3<f64>, range: f64| {
+        used.iter().all(|p| p.signed_distance(x).abs() > 2.0 * (MARGIN + TOLERANCE * range))
+    };
+    let mut ask = |from: &View, to: &View, transform: &Rigid, to_a: &Rigid| {
         let step = (from.count() / places).max(1);
         for (place, normal) in from.places().step_by(step) {
             verdict.asked += 1;
             let normal = normal.map(|n| transform.rotation * n);
             match to.sight(&transform.apply(&place), normal.as_ref(), MARGIN, TOLERANCE) {
-                Sight::Surface => verdict.met += 1,
-                Sight::Contradiction => verdict.crossed += 1,
+                Sight::Surface => {
+                    verdict.met += 1;
+                    verdict.confirmed += usize::from(off(&to_a.apply(&place), place.norm()));
+                }
+                Sight::Contradiction => {
+                    verdict.crossed += 1;
+                    verdict.refuted += usize::from(off(&to_a.apply(&place), place.norm()));
+                }
                 Sight::Unknown => {}
             }
         }
     };
-    ask(b, a, b_to_a);
-    ask(a, b, &b_to_a.inverse());
+    ask(b, a, b_to_a, b_to_a);
+    ask(a, b, &b_to_a.inverse(), &Rigid::identity());
     verdict
 }

@@ -18,7 +18,7 @@ use super::plane_registration::{MatchedPlane, PlanePose, maximum_likelihood, pla
 use super::planes::{FoundPlane, StationPlanes};
 use super::roof_edge::RoofEdges;
 use crate::error::{Error, Result};
-use crate::geometry::Rigid;
+use crate::geometry::{Plane, Rigid};
 use crate::geometry::chi_square::upper_tail;
 use crate::geometry::rigid::log;
 
@@ -32,6 +32,10 @@ const FINE_PLACES: usize = 3000;
 const ROUNDS: usize = 5;
 /// Least number of places at which surfaces must meet.
 const MIN_MET: usize = 30;
+/// Places off the matched planes at which surfaces must meet to confirm a pose.
+const MIN_CONFIRMED: usize = 15;
+/// Of the disagreement that is allowed, how much where no plane is to spare.
+const STRICTER: f64 = 0.25;
 /// Probability below which the planes' differences contradict their covariances.
 const BEYOND_CHANCE: f64 = 1e-3;
 
@@ -135,7 +139,7 @@ const ROBUST_ROUNDS: usize = 20;
 /// `Degenerate` where the planes of a station, or those that both saw, leave a part of the pose
 /// unobservable: the message says which, as numbers; `NoSharedPlanes` where no pose brings three planes
 /// in three directions together, or none that agrees with what the stations saw; `AmbiguousStations`
-/// where another pose agrees (nearly) as well; `InvalidArgument` and `NotFinite` for bad options.
+/// where another pose agrees (nearly) as well, or where nothing confirms the only one; `InvalidArgument` and `NotFinite` for bad options.
 pub fn register_stations(a: &StationPlanes, b: &StationPlanes, options: &StationOptions) -> Result<StationPose> {
     options.check()?;
     for (name, station) in [("station_a", a), ("station_b", b)] {
@@ -168,7 +172,17 @@ pub fn register_stations(a: &StationPlanes, b: &StationPlanes, options: &Station
             return Err(unobservable::sliding(&direction));
         }
     }
-    pair.conclude(best, relative)
+    let pose = pair.conclude(best, relative)?;
+    if options.prior.is_none() && !pair.confirmed(best, &pose) {
+        return Err(Error::AmbiguousStations {
+            reason: format!(
+                "the {} planes that this pose brings together would fit so by chance, and nothing else that both \
+                 stations saw confirms it",
+                best.matches.len()
+            ),
+        });
+    }
+    Ok(pose)
 }
 
 /// The same edges of both stations, where two of their common planes meet, for
@@ -242,8 +256,9 @@ impl Pair<'_> {
         matches.iter().map(matched).collect()
     }
 
-    fn judge(&self, b_to_a: &Rigid, places: usize) -> Verdict {
-        judge(&self.stations[0].view, &self.stations[1].view, b_to_a, places)
+    fn judge(&self, b_to_a: &Rigid, matches: &[[usize; 2]], places: usize) -> Verdict {
+        let used: Vec<Plane> = matches.iter().map(|[i, _]| self.sides[0].planes[*i]).collect();
+        judge(&self.stations[0].view, &self.stations[1].view, b_to_a, &used, places)
     }
 
     /// Poses that bring planes together, fitted to them, the best first.
@@ -254,13 +269,13 @@ impl Pair<'_> {
             let Some((b_to_a, matches)) = self.settle(candidate.b_to_a) else { continue };
             // Many candidates settle on the same pose.
             if rough.iter().all(|r| apart(&r.b_to_a, &b_to_a, 1e-3, 1e-3)) {
-                rough.push(Judged { verdict: self.judge(&b_to_a, ROUGH_PLACES), b_to_a, matches });
+                rough.push(Judged { verdict: self.judge(&b_to_a, &matches, ROUGH_PLACES), b_to_a, matches });
             }
         }
         sort(&mut rough);
         rough.truncate(FINE);
         for judged in &mut rough {
-            judged.verdict = self.judge(&judged.b_to_a, FINE_PLACES);
+            judged.verdict = self.judge(&judged.b_to_a, &judged.matches, FINE_PLACES);
         }
         sort(&mut rough);
         rough
@@ -291,11 +306,11 @@ impl Pair<'_> {
             if !apart(&b_to_a, &best.b_to_a, 2.5 * self.options.max_angle, 5.0 * self.options.max_distance) {
                 continue;
             }
-            let rough = self.judge(&b_to_a, ROUGH_PLACES).score();
+            let rough = self.judge(&b_to_a, &[], ROUGH_PLACES).score();
             if rough < 0.8 * best.verdict.score() {
                 continue;
             }
-            let score = self.judge(&b_to_a, FINE_PLACES).score();
+            let score = self.judge(&b_to_a, &[], FINE_PLACES).score();
             if found.as_ref().is_none_or(|(_, s)| score > *s) {
                 found = Some((direction, score));
             }
@@ -312,6 +327,33 @@ impl Pair<'_> {
             100.0 * other.verdict.agreement(),
             100.0 * best.verdict.agreement(),
         )
+    }
+
+    /// Whether more speaks for a pose than the planes that were needed to make it. Any two corners of rooms
+    /// fit each other, and the heights of rooms are alike: 1 in 20 pairs of partial views would be given
+    /// a wrong pose.
+    fn confirmed(&self, best: &Judged, pose: &StationPose) -> bool {
+        let Verdict { confirmed, refuted, .. } = best.verdict;
+        if refuted > confirmed.max(MIN_CONFIRMED) {
+            return false;
+        }
+        // The planes that fit to their noise, and whether they do without any one of them, or but one.
+        let planes = self.matched_planes(&best.matches);
+        let fits = |p: &MatchedPlane| upper_tail(p.distance(&pose.b_to_a), 3.0) >= BEYOND_CHANCE;
+        let normals = |used: &dyn Fn(usize) -> bool| {
+            let used = planes.iter().enumerate().filter(|(k, _)| used(*k));
+            used.map(|(_, p)| p.a.normalize()).collect::<Vec<_>>()
+        };
+        let spare = |used: &dyn Fn(usize) -> bool| {
+            let needed = |left_out: &usize| check_span("", normals(&|k| used(k) && k != *left_out).into_iter()).is_err();
+            (0..planes.len()).filter(|k| used(*k)).filter(needed).count() <= 1 && normals(used).len() > 3
+        };
+        let met_elsewhere = confirmed >= MIN_CONFIRMED;
+        if spare(&|k| fits(&planes[k])) || met_elsewhere && spare(&|_| true) {
+            return true;
+        }
+        // No more planes than needed: then nearly everything else must agree.
+        met_elsewhere && 1.0 - pose.agreement <= STRICTER * (1.0 - self.options.min_agreement)
     }
 
     fn conclude(&self, best: &Judged, runner_up: f64) -> Result<StationPose> {
