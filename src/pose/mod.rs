@@ -1,8 +1,9 @@
-//! Pose of the rig at one station relative to another, from roof edges: lines where two planes
-//! meet, measured by the laser at both stations (thesis section V and VIII.B).
+//! Pose of the rig at one station relative to another, from the planes that both measured, or from
+//! roof edges: lines where two planes meet (thesis section V and VIII.B).
 //!
 //! ```text
 //! shots of a region -> plane_fit -> two planes -> roof_edge -> points on edges -> procrustes
+//! points, shots or depths -> planes (found) -> stations (which are the same?) -> plane_registration
 //! ```
 
 mod consensus;
@@ -22,6 +23,6 @@ pub use planes::{
     FindPlanesOptions, FoundPlane, PlaneRegion, PlaneSupport, StationPlanes, find_planes_in_points, find_planes_in_shots,
     fit_regions_of_points, fit_regions_of_shots, shots_of_depth_map,
 };
-pub use stations::{PosePrior, StationOptions, StationPose, common_roof_edges, register_stations};
+pub use stations::{PosePrior, StationOptions, StationPose, common_roof_edges, register_matched, register_stations};
 pub use procrustes::{ProcrustesFit, procrustes};
 pub use roof_edge::{RoofEdge, RoofEdges};

@@ -111,19 +111,20 @@ fn noise_is_estimated_where_it_is_not_stated() {
     for sigma in [0.002, 0.02] {
         let points = scan(&furnished(), &somewhere(dice), 40_000, sigma, dice).points;
         let found = find_planes_in_points(&points, None, &exact()).unwrap();
-        assert!((found.sigma / sigma - 1.0).abs() < 0.3, "{} for {sigma}", found.sigma);
+        // The noise is along the rays, which meet the surfaces at all angles.
+        assert!((0.4..1.1).contains(&(found.sigma / sigma)), "{} for {sigma}", found.sigma);
         assert!(found.planes.len() >= 6);
     }
 }
 
 #[test]
 fn uneven_walls_have_larger_covariances() {
-    // A wall 3 m away with waves of 1 cm over half a metre, and points that are 1 mm off.
+    // A wall 3 m away with waves of 1 cm over 1.6 m, and points that are 5 mm off.
     let dice = &mut Dice::new(8);
     let mut wall = |depth: f64| -> Vec<Vector3<f64>> {
         let mut point = || {
             let (x, y) = (dice.uniform(-2.0, 2.0), dice.uniform(-1.0, 1.0));
-            Vector3::new(x, y, 3.0 + depth * (12.0 * x).sin() * (12.0 * y).cos() + 0.005 * dice.gaussian())
+            Vector3::new(x, y, 3.0 + depth * (4.0 * x).sin() * (4.0 * y).cos() + 0.005 * dice.gaussian())
         };
         (0..10_000).map(|_| point()).collect()
     };

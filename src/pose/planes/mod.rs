@@ -27,6 +27,8 @@ use crate::image::depth::{DepthMap, DepthNoise};
 const SOUGHT: usize = 40_000;
 /// Neighbours that the noise of points is estimated from.
 const PATCH: usize = 12;
+/// Scatter about a region's plane, relative to its shorter side, beyond which it is none.
+const MAX_THICKNESS: f64 = 0.1;
 /// Most planes of a station: numbers of planes are 16 bits long.
 const MAX_PLANES: usize = 1000;
 
@@ -238,7 +240,13 @@ fn fitted(
         let (estimate, found) = fit(&used).map_err(|e| Error::in_region(k, e))?;
         // What `fit` accepts can be described.
         let unclear = || Error::in_region(k, Error::NoPlanes { measurements: used.len() });
-        planes.push(found.ok_or_else(unclear)?);
+        let plane = found.ok_or_else(unclear)?;
+        // Half of anything agrees on some plane, if it may be thick enough.
+        let side = plane.support.sides().into_iter().fold(f64::INFINITY, f64::min);
+        if plane.rms > MAX_THICKNESS * side {
+            return Err(Error::in_region(k, Error::NoConsensus { inliers: 0, total: used.len() }));
+        }
+        planes.push(plane);
         for i in flagged(&estimate.inliers) {
             labels[used[i as usize] as usize].get_or_insert(k as u16);
         }

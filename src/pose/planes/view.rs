@@ -22,12 +22,18 @@ struct Cell {
     normal: Option<Vector3<f64>>,
 }
 
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Clone, PartialEq)]
 pub(crate) struct View {
     /// Six faces, row by row.
     cells: Vec<Option<Cell>>,
     /// Cells that hold something.
     count: usize,
+}
+
+impl std::fmt::Debug for View {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "View of {} directions", self.count)
+    }
 }
 
 /// What a view says about a place.

@@ -185,6 +185,28 @@ pub fn register_stations(a: &StationPlanes, b: &StationPlanes, options: &Station
     Ok(pose)
 }
 
+/// The pose between two stations from planes that are known to be the same: pairs of their numbers in
+/// a and in b.
+///
+/// # Errors
+/// `InvalidArgument` for numbers of no plane; `Degenerate` for planes that leave a part of the pose
+/// unobservable, as in [`register_stations`].
+pub fn register_matched(a: &StationPlanes, b: &StationPlanes, matches: &[[usize; 2]]) -> Result<StationPose> {
+    for (k, station) in [a, b].into_iter().enumerate() {
+        let planes = || matches.iter().map(|pair| pair[k]);
+        if let Some(i) = planes().find(|i| *i >= station.planes.len()) {
+            return Err(Error::invalid("matches", format!("there is no plane {i}")));
+        }
+        let name = ["what is matched of station_a", "what is matched of station_b"][k];
+        check_span(name, planes().map(|i| station.planes[i].estimate.n.normalize()))?;
+    }
+    let options = StationOptions::default();
+    let pair = Pair { stations: [a, b], sides: [side(a), side(b)], options: &options };
+    let (b_to_a, _) = plane_to_plane(&pair.matched_planes(matches))?;
+    let verdict = pair.judge(&b_to_a, matches, FINE_PLACES);
+    pair.conclude(&Judged { b_to_a, matches: matches.to_vec(), verdict }, 0.0)
+}
+
 /// The same edges of both stations, where two of their common planes meet, for
 /// [`estimate_pose_roof_edges`](super::estimate_pose_roof_edges): the thesis's method. Planes that meet
 /// at less than `min_angle` (radians) make none.
