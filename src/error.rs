@@ -97,7 +97,7 @@ impl Degeneracy {
             Self::OneDistance => {
                 "the boards are at one distance: add views nearer and farther, over all depths of the work"
             }
-            Self::Parallel => "the edges are (nearly) parallel: add an edge in another direction",
+            Self::Parallel => "the edges or planes are (nearly) parallel: add one in another direction",
             Self::Concurrent => "the lines all meet in one point: add lines that pass it by, or two points",
             Self::IllConditioned => "the geometry is nearly singular: add points at other depths and directions",
         }

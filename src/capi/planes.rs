@@ -216,19 +216,19 @@ unsafe fn shots_in(
 ///
 /// # Safety
 /// As for [`array`].
-unsafe fn regions_in(region: *const i32, n: usize, regions: u32) -> Result<Vec<PlaneRegion>> {
+unsafe fn regions_in(region_of: *const i32, n: usize, regions: u32) -> Result<Vec<PlaneRegion>> {
     // SAFETY: by this function's contract.
-    let region = unsafe { array(region, n, "region")? };
+    let region_of = unsafe { array(region_of, n, "region_of")? };
     let count = regions as usize;
     if count == 0 || count > MAX_REGIONS {
         return Err(Error::invalid("regions", format!("{count} is not in 1 to {MAX_REGIONS}")));
     }
     let mut named = vec![Vec::new(); count];
-    for (i, k) in region.iter().enumerate() {
+    for (i, k) in region_of.iter().enumerate() {
         match usize::try_from(*k) {
             Ok(k) if k < count => named[k].push(i),
             _ if *k == -1 => {}
-            _ => return Err(Error::invalid("region", format!("measurement {i}: {k} is no region"))),
+            _ => return Err(Error::invalid("region_of", format!("measurement {i}: {k} is no region"))),
         }
     }
     Ok(named.into_iter().map(PlaneRegion::Indices).collect())
@@ -378,7 +378,7 @@ pub unsafe extern "C" fn ptzcal_planes_find_depths(
 /// @param n       Number of points.
 /// @param sigma   Standard deviation of the points in each direction, metres; 0: estimated from how far
 ///                they are from their planes.
-/// @param region  n numbers: the region of each point, from 0; -1: of none.
+/// @param region_of n numbers: the region of each point, from 0; -1: of none.
 /// @param regions Number of regions, 1 to 1000.
 /// @param options The options; may be NULL: the defaults.
 /// @param planes  Receives the planes; free them with ptzcal_planes_free.
@@ -395,7 +395,7 @@ pub unsafe extern "C" fn ptzcal_planes_fit_points(
     xyz: *const f64,
     n: usize,
     sigma: f64,
-    region: *const i32,
+    region_of: *const i32,
     regions: u32,
     options: *const ptzcal_planes_options,
     planes: *mut *mut ptzcal_planes,
@@ -409,7 +409,7 @@ pub unsafe extern "C" fn ptzcal_planes_fit_points(
             (
                 HandleOut::new(planes)?,
                 points_in(xyz, n)?,
-                regions_in(region, n, regions)?,
+                regions_in(region_of, n, regions)?,
                 ptzcal_planes_options::settings(options)?,
             )
         };
@@ -426,7 +426,7 @@ pub unsafe extern "C" fn ptzcal_planes_fit_points(
 /// @param spots           n x 2 numbers: the spot's pixel in the head camera.
 /// @param spot_covariance n x 3 numbers: xx, xy, yy, px^2; may be NULL: 1 px, uncorrelated.
 /// @param n               Number of shots.
-/// @param region          n numbers: the region of each shot, from 0; -1: of none.
+/// @param region_of       n numbers: the region of each shot, from 0; -1: of none.
 /// @param regions         Number of regions, 1 to 1000.
 /// @param options         The options; may be NULL: the defaults.
 /// @param planes          Receives the planes; free them with ptzcal_planes_free.
@@ -445,7 +445,7 @@ pub unsafe extern "C" fn ptzcal_planes_fit_shots(
     spots: *const f64,
     spot_covariance: *const f64,
     n: usize,
-    region: *const i32,
+    region_of: *const i32,
     regions: u32,
     options: *const ptzcal_planes_options,
     planes: *mut *mut ptzcal_planes,
@@ -458,7 +458,7 @@ pub unsafe extern "C" fn ptzcal_planes_fit_shots(
         let (planes, options) = unsafe { (HandleOut::new(planes)?, ptzcal_planes_options::settings(options)?) };
         // SAFETY: the caller keeps the header's rules for pointers.
         let (shots, regions) = unsafe {
-            (shots_in(&model_in(model)?, pan_tilt, spots, spot_covariance, n)?, regions_in(region, n, regions)?)
+            (shots_in(&model_in(model)?, pan_tilt, spots, spot_covariance, n)?, regions_in(region_of, n, regions)?)
         };
         planes.give(ptzcal_planes(fit_regions_of_shots(&shots, &regions, &options)?));
         Ok(())

@@ -4607,7 +4607,7 @@ ptzcal_status ptzcal_planes_find_depths(const ptzcal_depth_map *map,
  * @param n       Number of points.
  * @param sigma   Standard deviation of the points in each direction, metres; 0: estimated from how far
  *                they are from their planes.
- * @param region  n numbers: the region of each point, from 0; -1: of none.
+ * @param region_of n numbers: the region of each point, from 0; -1: of none.
  * @param regions Number of regions, 1 to 1000.
  * @param options The options; may be NULL: the defaults.
  * @param planes  Receives the planes; free them with ptzcal_planes_free.
@@ -4623,7 +4623,7 @@ ptzcal_status ptzcal_planes_find_depths(const ptzcal_depth_map *map,
 ptzcal_status ptzcal_planes_fit_points(const double *xyz,
                                        size_t n,
                                        double sigma,
-                                       const int32_t *region,
+                                       const int32_t *region_of,
                                        uint32_t regions,
                                        const ptzcal_planes_options *options,
                                        ptzcal_planes **planes,
@@ -4638,7 +4638,7 @@ ptzcal_status ptzcal_planes_fit_points(const double *xyz,
  * @param spots           n x 2 numbers: the spot's pixel in the head camera.
  * @param spot_covariance n x 3 numbers: xx, xy, yy, px^2; may be NULL: 1 px, uncorrelated.
  * @param n               Number of shots.
- * @param region          n numbers: the region of each shot, from 0; -1: of none.
+ * @param region_of       n numbers: the region of each shot, from 0; -1: of none.
  * @param regions         Number of regions, 1 to 1000.
  * @param options         The options; may be NULL: the defaults.
  * @param planes          Receives the planes; free them with ptzcal_planes_free.
@@ -4656,7 +4656,7 @@ ptzcal_status ptzcal_planes_fit_shots(const ptzcal_rig_model *model,
                                       const double *spots,
                                       const double *spot_covariance,
                                       size_t n,
-                                      const int32_t *region,
+                                      const int32_t *region_of,
                                       uint32_t regions,
                                       const ptzcal_planes_options *options,
                                       ptzcal_planes **planes,

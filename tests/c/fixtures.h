@@ -93,7 +93,7 @@ static double fixture_xyz[FIXTURE_POINTS * 3];
 static double fixture_uv[FIXTURE_POINTS * 2];
 /* As descriptors, four of them. */
 static const uint32_t fixture_pairs[8] = {0, 0, 1, 1, 2, 2, 3, 3};
-static const int32_t fixture_region[4] = {0, 0, -1, 0};
+static const int32_t fixture_region_of[4] = {0, 0, -1, 0};
 static uint8_t fixture_flags[4 * PTZCAL_SIFT_DESCRIPTOR_SIZE];
 static size_t fixture_shots[4];
 static uint32_t fixture_cameras[4];

@@ -200,7 +200,10 @@ fn common_edges_give_the_pose_of_the_thesis() {
     // The same planes, named, give the same pose; too few of them say what they leave free.
     let named = register_matched(&a, &b, &found.matches).unwrap();
     assert!((named.b_to_a.translation - found.b_to_a.translation).norm() < 1e-12);
-    assert!(register_matched(&a, &b, &[[0, 99]]).is_err());
+    for wrong in [vec![[0, 99]], vec![[99, 0]], [found.matches.as_slice(), &found.matches[..1]].concat()] {
+        let e = register_matched(&a, &b, &wrong).unwrap_err();
+        assert_eq!(e.status(), Status::InvalidArgument, "{e}");
+    }
     let e = register_matched(&a, &b, &found.matches[..2]).unwrap_err();
     assert!(matches!(e, Error::Degenerate { .. }) && e.to_string().contains("station_a"), "{e}");
     assert!(register_matched(&a, &b, &[]).unwrap_err().to_string().contains("no planes"));

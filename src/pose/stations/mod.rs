@@ -192,13 +192,20 @@ pub fn register_stations(a: &StationPlanes, b: &StationPlanes, options: &Station
 /// `InvalidArgument` for numbers of no plane; `Degenerate` for planes that leave a part of the pose
 /// unobservable, as in [`register_stations`].
 pub fn register_matched(a: &StationPlanes, b: &StationPlanes, matches: &[[usize; 2]]) -> Result<StationPose> {
-    for (k, station) in [a, b].into_iter().enumerate() {
-        let planes = || matches.iter().map(|pair| pair[k]);
-        if let Some(i) = planes().find(|i| *i >= station.planes.len()) {
-            return Err(Error::invalid("matches", format!("there is no plane {i}")));
+    let stations = [a, b];
+    let planes = |k: usize| matches.iter().map(move |pair| pair[k]);
+    for (k, station) in stations.iter().enumerate() {
+        let mut named = vec![false; station.planes.len()];
+        for i in planes(k) {
+            match named.get_mut(i) {
+                None => return Err(Error::invalid("matches", format!("there is no plane {i}"))),
+                Some(true) => return Err(Error::invalid("matches", format!("plane {i} is matched twice"))),
+                Some(named) => *named = true,
+            }
         }
-        let name = ["what is matched of station_a", "what is matched of station_b"][k];
-        check_span(name, planes().map(|i| station.planes[i].estimate.n.normalize()))?;
+    }
+    for (k, name) in ["what is matched of station_a", "what is matched of station_b"].into_iter().enumerate() {
+        check_span(name, planes(k).map(|i| stations[k].planes[i].estimate.n.normalize()))?;
     }
     let options = StationOptions::default();
     let pair = Pair { stations: [a, b], sides: [side(a), side(b)], options: &options };
