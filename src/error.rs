@@ -256,7 +256,9 @@ impl Error {
             Self::BehindCamera { .. } => Status::BehindCamera,
             Self::Unreachable { .. } => Status::Unreachable,
             Self::OutsideLens { .. } => Status::OutsideLens,
-            Self::NotFound { .. } | Self::NoChessboard { .. } | Self::NoPlanes { .. } | Self::NoSharedPlanes { .. } => Status::NotFound,
+            Self::NotFound { .. } | Self::NoChessboard { .. } | Self::NoPlanes { .. } | Self::NoSharedPlanes { .. } => {
+                Status::NotFound
+            }
             Self::Ambiguous { .. } | Self::ManyChessboards { .. } | Self::AmbiguousStations { .. } => Status::Ambiguous,
             Self::Device { .. } => Status::Device,
             Self::DeviceLost { .. } => Status::DeviceLost,
@@ -315,7 +317,9 @@ impl Error {
             Self::Busy { .. } => Some("wait for the other call, or use a handle of your own for each thread"),
             Self::NotFound { .. } => Some("check exposure, the laser's power and the region of interest"),
             Self::Ambiguous { .. } => Some("give an off frame, a region of interest or the epipolar line"),
-            Self::NoPlanes { .. } => Some("measure larger flat surfaces more densely, or state the measurements' noise"),
+            Self::NoPlanes { .. } => {
+                Some("measure larger flat surfaces more densely, or state the measurements' noise")
+            }
             Self::NoSharedPlanes { .. } => {
                 Some("both stations must see the same three walls, floors or faces in different directions")
             }

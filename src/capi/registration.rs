@@ -181,7 +181,10 @@ impl From<&StationPose> for ptzcal_station_pose {
 /// Threads: free.
 /// Since 0.1.0.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn ptzcal_station_options_init(options: *mut ptzcal_station_options, size: usize) -> ptzcal_status {
+pub unsafe extern "C" fn ptzcal_station_options_init(
+    options: *mut ptzcal_station_options,
+    size: usize,
+) -> ptzcal_status {
     // SAFETY: the caller keeps the header's rules for pointers.
     guard(ErrorOut::none(), || unsafe { sized::init(options, size) })
 }
@@ -342,8 +345,7 @@ pub unsafe extern "C" fn ptzcal_registration_copy_matches(
     let error = unsafe { ErrorOut::new(error) };
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
-        let (registration, buffer) =
-            unsafe { (borrow(registration)?, BufferOut::new(buffer, capacity, needed)?) };
+        let (registration, buffer) = unsafe { (borrow(registration)?, BufferOut::new(buffer, capacity, needed)?) };
         buffer.write(&registration.0.matches.iter().flatten().map(|i| *i as u32).collect::<Vec<_>>())
     })
 }

@@ -62,9 +62,11 @@ fn the_planes_of_a_furnished_room_are_found_with_honest_covariances() {
             assert!(names.iter().any(|n| same(&planes[*n], &planes[wall])), "seed {seed}: wall {wall}");
         }
         // Labels: what belongs to a found plane has it.
-        let right = made.surfaces.iter().zip(&found.labels).filter(|(s, l)| {
-            l.is_some_and(|l| same(&planes[names[l as usize]], &planes[**s]))
-        });
+        let right = made
+            .surfaces
+            .iter()
+            .zip(&found.labels)
+            .filter(|(s, l)| l.is_some_and(|l| same(&planes[names[l as usize]], &planes[**s])));
         let share = right.count() as f64 / made.surfaces.len() as f64;
         assert!(share > 0.95, "seed {seed}: {share}");
         assert_eq!(found, find_planes_in_points(&made.points, Some(0.005), &exact()).unwrap());
@@ -129,7 +131,8 @@ fn uneven_walls_have_larger_covariances() {
         (0..10_000).map(|_| point()).collect()
     };
     let [even, wavy] = [wall(0.0), wall(0.01)].map(|points| {
-        let found = find_planes_in_points(&points, Some(0.005), &FindPlanesOptions { flatness: 0.008, ..exact() }).unwrap();
+        let found =
+            find_planes_in_points(&points, Some(0.005), &FindPlanesOptions { flatness: 0.008, ..exact() }).unwrap();
         assert_eq!(found.planes.len(), 1);
         found.planes[0].estimate.covariance.trace()
     });
@@ -171,7 +174,8 @@ fn regions_are_fitted_as_named() {
     let inverted = PlaneRegion::Box([Vector3::repeat(1.0), Vector3::repeat(-1.0)]);
     assert_eq!(status(&[inverted]), (Status::InvalidArgument, Some(0)));
     // Half a wall and half a floor are no plane.
-    let both: Vec<usize> = of(4).into_iter().take(500).chain(of(3).into_iter().take(520)).chain(of(0).into_iter().take(510)).collect();
+    let both: Vec<usize> =
+        of(4).into_iter().take(500).chain(of(3).into_iter().take(520)).chain(of(0).into_iter().take(510)).collect();
     assert_eq!(status(&[PlaneRegion::Indices(both)]).0, Status::NoConsensus);
 }
 
@@ -194,7 +198,8 @@ fn what_shows_no_plane_is_refused() {
     assert_eq!(find(&line).unwrap_err().status(), Status::NotFound);
     assert_eq!(find_planes_in_points(&line, None, &exact()).unwrap_err().status(), Status::Degenerate);
     // What is not finite is passed over, and what is left is too little.
-    let mut wall: Vec<_> = (0..2000).map(|_| Vector3::new(dice.uniform(-1.0, 1.0), dice.uniform(-1.0, 1.0), 3.0)).collect();
+    let mut wall: Vec<_> =
+        (0..2000).map(|_| Vector3::new(dice.uniform(-1.0, 1.0), dice.uniform(-1.0, 1.0), 3.0)).collect();
     for point in wall.iter_mut().step_by(3) {
         point.y = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY][dice.uniform(0.0, 3.0) as usize];
     }

@@ -9,7 +9,8 @@ use ptzcal::geometry::{Camera, Distortion, Intrinsics, Rigid};
 use ptzcal::image::DepthNoise;
 use ptzcal::pose::{
     FindPlanesOptions, PoseOptions, PosePrior, StationOptions, StationPlanes, StationPose, common_roof_edges,
-    estimate_pose_roof_edges, find_planes_in_points, find_planes_in_shots, register_matched, register_stations, shots_of_depth_map,
+    estimate_pose_roof_edges, find_planes_in_points, find_planes_in_shots, register_matched, register_stations,
+    shots_of_depth_map,
 };
 
 use crate::room::{Dice, Rectangle, cuboid, furnished, scan, somewhere};
@@ -223,8 +224,7 @@ fn two_depth_images_are_registered_by_their_planes() {
     let Some(folder) = data::folder("rgbd_icl") else { return };
     // Its y axis points up.
     let intrinsics = Intrinsics { fx: 481.2, fy: -480.0, skew: 0.0, cx: 319.5, cy: 239.5 };
-    let camera =
-        Camera { width: 640, height: 480, intrinsics, distortion: Distortion::None, pose: Rigid::identity() };
+    let camera = Camera { width: 640, height: 480, intrinsics, distortion: Distortion::None, pose: Rigid::identity() };
     let rows = data::numbers(&folder.join("pose.txt")).unwrap();
     let [first, second] = [0, 1].map(|k| {
         let v = &rows[k];

@@ -29,6 +29,8 @@ const SOUGHT: usize = 40_000;
 const PATCH: usize = 12;
 /// Scatter about a region's plane, relative to its shorter side, beyond which it is none.
 const MAX_THICKNESS: f64 = 0.1;
+/// Noise in units of the stated one beyond which that does not explain the scatter.
+const MAX_NOISE_FACTOR: f64 = 3.0;
 /// Most planes of a station: numbers of planes are 16 bits long.
 const MAX_PLANES: usize = 1000;
 
@@ -190,7 +192,7 @@ pub fn fit_regions_of_points(
         Ok((estimate, describe(&cloud, &inside)))
     };
     let position = |i: u32| Some(points[i as usize]);
-    let planes = fitted(regions, &usable, position, fit)?;
+    let planes = fitted(regions, &usable, position, sigma.is_some(), fit)?;
     Ok(StationPlanes { sigma: sigma.unwrap_or(0.0), ..planes })
 }
 
@@ -212,7 +214,7 @@ pub fn fit_regions_of_shots(
         let inside = flagged(&estimate.inliers);
         Ok((estimate, describe(&Shots::new(shots), &inside)))
     };
-    fitted(regions, &usable, |i| shots[i as usize].point(), fit)
+    fitted(regions, &usable, |i| shots[i as usize].point(), true, fit)
 }
 
 fn fit_options(options: &FindPlanesOptions) -> PlaneFitOptions {
@@ -223,11 +225,12 @@ fn flagged(flags: &[bool]) -> Vec<u32> {
     flags.iter().enumerate().filter(|(_, f)| **f).map(|(i, _)| i as u32).collect()
 }
 
-/// Fits a plane to each region.
+/// Fits a plane to each region; `stated`: the measurements' noise is known.
 fn fitted(
     regions: &[PlaneRegion],
     usable: &Usable,
     position: impl Fn(u32) -> Option<Vector3<f64>>,
+    stated: bool,
     fit: impl Fn(&[u32]) -> Result<(PlaneEstimate, Option<FoundPlane>)>,
 ) -> Result<StationPlanes> {
     if regions.is_empty() || regions.len() > MAX_PLANES {
@@ -241,9 +244,10 @@ fn fitted(
         // What `fit` accepts can be described.
         let unclear = || Error::in_region(k, Error::NoPlanes { measurements: used.len() });
         let plane = found.ok_or_else(unclear)?;
-        // Half of anything agrees on some plane, if it may be thick enough.
+        // Half of anything agrees on some plane, if it may be thick enough. Stated noise may be large.
         let side = plane.support.sides().into_iter().fold(f64::INFINITY, f64::min);
-        if plane.rms > MAX_THICKNESS * side {
+        let explained = stated && plane.estimate.noise_factor().is_none_or(|f| f < MAX_NOISE_FACTOR);
+        if plane.rms > MAX_THICKNESS * side && !explained {
             return Err(Error::in_region(k, Error::NoConsensus { inliers: 0, total: used.len() }));
         }
         planes.push(plane);
@@ -273,15 +277,12 @@ fn seen(
 pub fn shots_of_depth_map(map: &DepthMap, camera: &Camera, noise: &DepthNoise) -> Result<Vec<InverseDepthPoint>> {
     noise.check()?;
     if [map.width(), map.height()] != [camera.width as usize, camera.height as usize] {
-        let reason = format!("{} x {}, the camera's image is {} x {}", map.width(), map.height(), camera.width, camera.height);
+        let reason =
+            format!("{} x {}, the camera's image is {} x {}", map.width(), map.height(), camera.width, camera.height);
         return Err(Error::invalid("depth", reason));
     }
-    let nothing = InverseDepthPoint {
-        origin: Vector3::zeros(),
-        direction: Vector3::zeros(),
-        rho: f64::NAN,
-        variance: f64::NAN,
-    };
+    let nothing =
+        InverseDepthPoint { origin: Vector3::zeros(), direction: Vector3::zeros(), rho: f64::NAN, variance: f64::NAN };
     let shot = |x: usize, y: usize| {
         let rho = 1.0 / map.at(x, y)?;
         let q = camera.undistort_pixel(&Vector2::new(x as f64, y as f64))?;
@@ -478,7 +479,6 @@ fn describe<M: Measured>(m: &M, used: &[u32]) -> Option<FoundPlane> {
     let residuals = used.iter().filter_map(|i| Some((m.position(*i as usize)?, m.residual(&n, *i as usize))));
     let covariance = fit.covariance * support.unevenness(residuals);
     let degrees_of_freedom = used.len().saturating_sub(3);
-    let estimate =
-        PlaneEstimate { n, covariance, chi_square: fit.chi_square, degrees_of_freedom, inliers: Vec::new() };
+    let estimate = PlaneEstimate { n, covariance, chi_square: fit.chi_square, degrees_of_freedom, inliers: Vec::new() };
     Some(FoundPlane { estimate, support, count: used.len(), rms: (off / places.len() as f64).sqrt() })
 }

@@ -24,10 +24,13 @@ pub(super) fn morton(positions: &[Option<Vector3<f64>>]) -> Vec<u32> {
 
 /// Two zero bits before each bit.
 fn spread(x: u64) -> u64 {
-    [(32, 0x001f_0000_0000_ffff), (16, 0x001f_0000_ff00_00ff), (8, 0x100f_00f0_0f00_f00f), (4, 0x10c3_0c30_c30c_30c3), (
-        2,
-        0x1249_2492_4924_9249,
-    )]
+    [
+        (32, 0x001f_0000_0000_ffff),
+        (16, 0x001f_0000_ff00_00ff),
+        (8, 0x100f_00f0_0f00_f00f),
+        (4, 0x10c3_0c30_c30c_30c3),
+        (2, 0x1249_2492_4924_9249),
+    ]
     .iter()
     .fold(x & ((1 << BITS) - 1), |x, (shift, mask)| (x | x << shift) & mask)
 }

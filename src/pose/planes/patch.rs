@@ -68,7 +68,9 @@ mod tests {
     #[test]
     fn a_gap_of_a_cell_parts_and_a_corner_joins() {
         // Two squares of 10 x 10 places and of 6 x 6, 1 m apart in z and y.
-        let square = |n: usize, y: f64| (0..n * n).map(move |i| Vector3::new(5.0, y + (i % n) as f64 * 0.1, (i / n) as f64 * 0.1));
+        let square = |n: usize, y: f64| {
+            (0..n * n).map(move |i| Vector3::new(5.0, y + (i % n) as f64 * 0.1, (i / n) as f64 * 0.1))
+        };
         let mut places: Vec<_> = square(6, 2.0).collect();
         places.extend(square(10, 0.0));
         assert_eq!(largest(&places, &Vector3::x()), (36..136).collect::<Vec<_>>());

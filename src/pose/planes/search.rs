@@ -144,7 +144,8 @@ impl<M: Measured> Hunt<'_, M> {
         let window = |half: usize| &self.free[middle.saturating_sub(half)..middle.saturating_add(half).min(count)];
         let half = *WINDOWS.get(below(WINDOWS.len() + 1, rng)).unwrap_or(&count);
         let near = window(half);
-        let around = if half < count { window(half.max(GLANCE / 2)) } else { &self.scored[..self.scored.len().min(GLANCE)] };
+        let around =
+            if half < count { window(half.max(GLANCE / 2)) } else { &self.scored[..self.scored.len().min(GLANCE)] };
         if half <= FITTED {
             return Some((self.m.quick_fit(near)?, around));
         }

@@ -18,9 +18,9 @@ use super::plane_registration::{MatchedPlane, PlanePose, maximum_likelihood, pla
 use super::planes::{FoundPlane, StationPlanes};
 use super::roof_edge::RoofEdges;
 use crate::error::{Error, Result};
-use crate::geometry::{Plane, Rigid};
 use crate::geometry::chi_square::upper_tail;
 use crate::geometry::rigid::log;
+use crate::geometry::{Plane, Rigid};
 
 /// Poses that are judged roughly, and those of them that are judged by all places.
 const ROUGH: usize = 300;
@@ -67,13 +67,7 @@ pub struct StationOptions {
 
 impl Default for StationOptions {
     fn default() -> Self {
-        Self {
-            max_angle: 4f64.to_radians(),
-            max_distance: 0.1,
-            min_agreement: 0.93,
-            max_runner_up: 0.93,
-            prior: None,
-        }
+        Self { max_angle: 4f64.to_radians(), max_distance: 0.1, min_agreement: 0.93, max_runner_up: 0.93, prior: None }
     }
 }
 
@@ -246,10 +240,7 @@ pub fn common_roof_edges(
 
 fn side(station: &StationPlanes) -> Side {
     let weight = |p: &FoundPlane| p.support.area.sqrt();
-    Side::new(
-        station.planes.iter().map(|p| p.estimate.plane()).collect(),
-        station.planes.iter().map(weight).collect(),
-    )
+    Side::new(station.planes.iter().map(|p| p.estimate.plane()).collect(), station.planes.iter().map(weight).collect())
 }
 
 /// A pose that brings planes together, and what the views say of it.
@@ -374,7 +365,8 @@ impl Pair<'_> {
             used.map(|(_, p)| p.a.normalize()).collect::<Vec<_>>()
         };
         let spare = |used: &dyn Fn(usize) -> bool| {
-            let needed = |left_out: &usize| check_span("", normals(&|k| used(k) && k != *left_out).into_iter()).is_err();
+            let needed =
+                |left_out: &usize| check_span("", normals(&|k| used(k) && k != *left_out).into_iter()).is_err();
             (0..planes.len()).filter(|k| used(*k)).filter(needed).count() <= 1 && normals(used).len() > 3
         };
         let met_elsewhere = confirmed >= MIN_CONFIRMED;
