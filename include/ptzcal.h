@@ -6089,8 +6089,8 @@ typedef struct ptzcal_head_capabilities {
   uint32_t has_focus;
   /** 1: ptzcal_head_lock_exposure works. */
   uint32_t has_exposure_lock;
-  /** 0. */
-  uint32_t reserved;
+  /** 1: ptzcal_head_move_in_view works. */
+  uint32_t has_view_moves;
 } ptzcal_head_capabilities;
 
 /**
@@ -6289,6 +6289,27 @@ ptzcal_status ptzcal_head_move_by(const ptzcal_head *head,
                                   double tilt,
                                   uint64_t *number,
                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Starts a move that brings a place of the present picture to its centre, where the device itself can
+ * do that (has_view_moves): it needs no known angles and no calibrated lens.
+ *
+ * @param head   The head.
+ * @param x      From the picture's centre, 0, to its right edge, 1, or left edge, -1.
+ * @param y      From the picture's centre, 0, to its upper edge, 1, or lower edge, -1.
+ * @param number Receives the move's number; may be NULL.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT beyond the edges;
+ *         PTZCAL_STATUS_UNSUPPORTED; a device's own.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_head_move_in_view(const ptzcal_head *head,
+                                       double x,
+                                       double y,
+                                       uint64_t *number,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
  * Drives at a speed until told otherwise, and no longer than dead_man seconds after the last call:

@@ -87,6 +87,16 @@ fn a_correct_camera_does_everything() {
         let at = head.position().unwrap();
         assert!((at.pan - 0.4).abs() < 1e-5 && (at.tilt + 0.2).abs() < 1e-5 && (at.zoom - 0.25).abs() < 1e-6, "{at:?}");
 
+        // From half way to the left edge and the lower edge to the centre, in a picture of 60 by 40 degrees.
+        assert!(can.has_view_moves);
+        head.move_in_view(-0.5, -1.0).unwrap();
+        wait(0.4);
+        let moved = head.position().unwrap();
+        let by = [moved.pan - at.pan, moved.tilt - at.tilt].map(f64::to_degrees);
+        assert!((by[0] + 15.0).abs() < 1e-3 && (by[1] + 20.0).abs() < 1e-3, "{by:?}");
+        head.move_absolute(at.pan, at.tilt).unwrap();
+        wait(0.4);
+
         for number in [7, 3] {
             head.store_preset(number).unwrap();
         }
@@ -137,6 +147,7 @@ fn without_degrees_the_numbers_are_the_cameras_own() {
     let mut head = open_at(camera.port, "/?pan_speed=90&tilt_speed=45", &surroundings()).unwrap();
     let can = head.capabilities();
     assert!(can.raw_units && !can.has_focus, "GetCapabilities names no imaging here");
+    assert!(!can.has_view_moves && head.move_in_view(0.1, 0.1).unwrap_err().status() == Status::Unsupported);
     assert_eq!((can.pan_range, can.tilt_range), ([-1.0, 1.0], [-1.0, 1.0]));
     head.move_absolute(0.25, -0.5).unwrap();
     wait(0.5);

@@ -141,8 +141,10 @@ impl<'a> Session<'a> {
             // Both axes move before every frame, so that each frame has an error of its own.
             approached: &mut false,
             pictures: &mut self.pictures,
+            earliest_look: 1.0,
         }
-        .approach(Vector2::from(target), self.cancel)?;
+        .approach(Vector2::from(target), self.cancel)?
+        .position;
         let at = if self.capabilities.reports_position { [pan, tilt] } else { target };
         Ok((at, features(&self.pictures[1].image.view()?, &self.camera)?))
     }

@@ -67,8 +67,8 @@ pub struct ptzcal_head_capabilities {
     pub has_focus: u32,
     /// 1: ptzcal_head_lock_exposure works.
     pub has_exposure_lock: u32,
-    /// 0.
-    pub reserved: u32,
+    /// 1: ptzcal_head_move_in_view works.
+    pub has_view_moves: u32,
 }
 
 // SAFETY: numbers, `struct_size` first.
@@ -96,7 +96,7 @@ unsafe impl SizedStruct for ptzcal_head_capabilities {
             has_zoom: 0,
             has_focus: 0,
             has_exposure_lock: 0,
-            reserved: 0,
+            has_view_moves: 0,
         }
     }
 }
@@ -220,6 +220,7 @@ pub unsafe extern "C" fn ptzcal_head_get_capabilities(
             has_zoom: c.has_zoom.into(),
             has_focus: c.has_focus.into(),
             has_exposure_lock: c.has_exposure_lock.into(),
+            has_view_moves: c.has_view_moves.into(),
             ..SizedStruct::initial()
         });
         Ok(())

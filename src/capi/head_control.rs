@@ -82,6 +82,36 @@ pub unsafe extern "C" fn ptzcal_head_move_by(
     })
 }
 
+/// Starts a move that brings a place of the present picture to its centre, where the device itself can
+/// do that (has_view_moves): it needs no known angles and no calibrated lens.
+///
+/// @param head   The head.
+/// @param x      From the picture's centre, 0, to its right edge, 1, or left edge, -1.
+/// @param y      From the picture's centre, 0, to its upper edge, 1, or lower edge, -1.
+/// @param number Receives the move's number; may be NULL.
+/// @param error  Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT beyond the edges;
+///         PTZCAL_STATUS_UNSUPPORTED; a device's own.
+///
+/// Threads: shared.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_head_move_in_view(
+    head: *const ptzcal_head,
+    x: f64,
+    y: f64,
+    number: *mut u64,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (head, number) = unsafe { (borrow(head)?, Out::optional(number, "number")?) };
+        started(head.0.move_in_view(x, y)?, number)
+    })
+}
+
 /// Drives at a speed until told otherwise, and no longer than dead_man seconds after the last call:
 /// a host that hangs, or whose operator is gone, lets go. Call it again in time to go on. All speeds 0
 /// stop the head.

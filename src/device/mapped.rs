@@ -144,6 +144,10 @@ impl PanTiltZoom for MappedPtz {
         self.head.move_relative(to[0] - from.pan, to[1] - from.tilt)
     }
 
+    fn move_in_view(&mut self, x: f64, y: f64) -> Result<()> {
+        self.head.move_in_view(x, y)
+    }
+
     /// The speed holds where the head is as it starts: it changes as far as the map's slope does.
     fn drive(&mut self, velocity: PtzVelocity, timeout: f64) -> Result<()> {
         // To stop it must not matter whether the position can be read.

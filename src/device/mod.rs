@@ -61,6 +61,7 @@ pub struct PtzCapabilities {
     pub has_zoom: bool,
     pub has_drive: bool,
     pub has_relative: bool,
+    pub has_view_moves: bool,
     pub has_home: bool,
     pub has_focus: bool,
     pub has_exposure_lock: bool,
@@ -136,6 +137,11 @@ pub trait PanTiltZoom: Send {
     /// Starts a move by angles from where the head is.
     fn move_relative(&mut self, _pan: f64, _tilt: f64) -> Result<()> {
         Err(unsupported("relative moves"))
+    }
+    /// Starts a move that brings a place of the present picture to its centre: `x` and `y` from -1 to 1,
+    /// from the centre to the picture's right and upper edge. Needs no known angles and no lens.
+    fn move_in_view(&mut self, _x: f64, _y: f64) -> Result<()> {
+        Err(unsupported("moves within the picture"))
     }
     /// Drives until told otherwise; 0 stops an axis. `timeout` seconds (infinite: none) is handed to
     /// devices that stop by themselves; for others the caller has to.

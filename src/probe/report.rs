@@ -158,6 +158,7 @@ impl fmt::Display for ProbeReport {
             ("zoom", c.has_zoom),
             ("drive", c.has_drive),
             ("relative moves", c.has_relative),
+            ("moves within the picture", c.has_view_moves),
             ("home", c.has_home),
             ("focus", c.has_focus),
             ("exposure lock", c.has_exposure_lock),

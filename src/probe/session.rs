@@ -28,6 +28,8 @@ const STILL_PAIRS: usize = 3;
 const DOUBLINGS: i32 = 20;
 /// Longest time the laser is on, seconds.
 const LASER_ON: f64 = 1.0;
+/// Speed of a head that does not tell its greatest, radians per second: faster than any that is sold.
+const FASTEST: f64 = 12.0;
 
 pub(super) struct Session<'a, 'o> {
     head: &'a mut dyn PanTiltZoom,
@@ -261,8 +263,10 @@ impl<'a, 'o> Session<'a, 'o> {
             frame_options: self.options.frames,
             approached: &mut false,
             pictures: &mut self.pictures,
+            earliest_look: 1.0,
         }
-        .approach(Vector2::from(target), self.cancel)?;
+        .approach(Vector2::from(target), self.cancel)?
+        .position;
         if look {
             self.last = self.pictures[1].timestamp;
         }
@@ -306,7 +310,14 @@ impl<'a, 'o> Session<'a, 'o> {
         let share = |r: &Reading| (r.at[k] - rest.at[k]) / span;
         let between: Vec<&Reading> = readings.iter().filter(|r| (0.02..0.98).contains(&share(r))).collect();
         let follows = !between.is_empty();
-        let echoes = || "readings jump to the target: they repeat the command".to_owned();
+        // A head that travels that fast looks the same between two readings.
+        let top = Some(self.capabilities.max_speed[k]).filter(|s| *s > 0.0).unwrap_or(FASTEST);
+        let gap = readings.windows(2).map(|r| r[1].time - r[0].time.max(call)).fold(0.0, f64::max);
+        let blind = !follows && top * gap > 0.5 * span.abs();
+        let echoes = || match blind {
+            true => format!("readings come only every {gap:.2} s, too seldom to see the head on its way"),
+            false => "readings jump to the target: they repeat the command".to_owned(),
+        };
         let middle: Vec<(f64, f64)> =
             readings.iter().filter(|r| (0.2..0.8).contains(&share(r))).map(|r| (r.time, r.at[k])).collect();
         let speed = match slope(&middle) {
@@ -322,7 +333,7 @@ impl<'a, 'o> Session<'a, 'o> {
             }
             _ => Err(echoes()),
         };
-        let follows = if self.capabilities.reports_position || follows { Ok(follows) } else { Ok(false) };
+        let follows = if blind { Err(echoes()) } else { Ok(follows) };
         Ok((speed, latency, follows))
     }
 

@@ -37,11 +37,21 @@ struct Watched {
     echoes: bool,
     /// Does not move.
     stuck: bool,
+    /// What a position takes, seconds.
+    slow: f64,
+    clock: Arc<dyn Clock>,
 }
 
 impl Watched {
     fn new(simulator: &Simulator) -> Self {
-        Self { head: Box::new(simulator.ptz()), targets: Arc::default(), echoes: false, stuck: false }
+        Self {
+            head: Box::new(simulator.ptz()),
+            targets: Arc::default(),
+            echoes: false,
+            stuck: false,
+            slow: 0.0,
+            clock: simulator.clock(),
+        }
     }
 }
 
@@ -54,6 +64,7 @@ impl PanTiltZoom for Watched {
         if self.stuck { Ok(()) } else { self.head.move_absolute(pan, tilt) }
     }
     fn position(&mut self) -> Result<PtzPosition> {
+        self.clock.sleep(self.slow);
         let at = self.head.position()?;
         match self.targets.lock().unwrap().last() {
             Some([pan, tilt]) if self.echoes => Ok(PtzPosition { pan: *pan, tilt: *tilt, zoom: 0.0 }),
@@ -169,6 +180,16 @@ fn lies_are_found_out() {
     assert_eq!(report.arrival_honest, Ok(false));
     assert!(report.speed[0].as_ref().unwrap_err().contains("repeat"));
     assert!(report.to_string().contains("NOT TRUE"));
+}
+
+#[test]
+fn a_head_that_answers_too_slowly_is_not_called_a_liar() {
+    let simulator = simulator("sim:room");
+    let mut head = Watched { slow: 1.0, ..Watched::new(&simulator) };
+    let report = run(&simulator, &mut head, &ProbeOptions::default()).unwrap();
+    let reason = report.position_follows.unwrap_err();
+    assert!(reason.contains("too seldom"), "{reason}");
+    assert_eq!(report.speed[0].as_ref().unwrap_err(), &reason);
 }
 
 #[test]

@@ -108,6 +108,23 @@ impl Head {
         })
     }
 
+    /// Starts a move that brings a place of the present picture to its centre, and returns its number: `x`
+    /// and `y` from -1 to 1, from the centre to the picture's right and upper edge.
+    ///
+    /// # Errors
+    /// `NotFinite`, `InvalidArgument`; `Unsupported`; the device's own.
+    pub fn move_in_view(&self, x: f64, y: f64) -> Result<u64> {
+        for (name, value) in [("x", x), ("y", y)] {
+            if !value.is_finite() {
+                return Err(Error::NotFinite { name, index: 0 });
+            }
+            if value.abs() > 1.0 {
+                return Err(Error::invalid(name, format!("{value} is not in [-1, 1]")));
+            }
+        }
+        self.start(Goal::Anywhere, |ptz| ptz.move_in_view(x, y))
+    }
+
     /// Drives at a speed until told otherwise, and at most `dead_man` seconds after the last call: a
     /// host that hangs or loses its operator lets go. Call it again to go on.
     ///

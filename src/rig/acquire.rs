@@ -62,11 +62,13 @@ impl Exposures {
     /// With the laser off, from now on; the head has settled.
     pub fn take_off(&mut self, rig: &mut Rig, fixed: &mut [FixedCamera], cancel: &Cancel) -> Result<()> {
         let since = rig.clock.now();
-        // The last frame that showed the head standing will do as its first.
-        let mut have_first = false;
-        if rig.options.settle.picture_timeout > 0.0 {
-            std::mem::swap(&mut self.off[0][0], &mut rig.pictures[1]);
-            have_first = true;
+        // The last frame of settling will do as the first, unless it may show the end of the head's swing.
+        let last = &mut rig.pictures[1];
+        // One without a time is as new as it gets.
+        let too_early = last.timestamp < rig.rested;
+        let have_first = rig.options.settle.picture_timeout > 0.0 && !too_early;
+        if have_first {
+            std::mem::swap(&mut self.off[0][0], last);
         }
         take(&mut self.off, have_first, since, rig, fixed, cancel, None)
     }

@@ -67,6 +67,8 @@ pub struct Habits {
     pub stamped: bool,
     /// No frames at all.
     pub blind: bool,
+    /// Its positions are numbers without known angles.
+    pub raw_units: bool,
 }
 
 impl Default for Habits {
@@ -79,6 +81,7 @@ impl Default for Habits {
             restless: false,
             stamped: true,
             blind: false,
+            raw_units: false,
         }
     }
 }
@@ -244,6 +247,7 @@ impl PanTiltZoom for FakeHead {
             tilt_step: STEP,
             reports_motion: habits.reports_motion,
             reports_position: !habits.mute,
+            raw_units: habits.raw_units,
             ..PtzCapabilities::default()
         }
     }

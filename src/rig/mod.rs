@@ -94,6 +94,8 @@ pub struct Rig {
     approached: bool,
     /// The last two frames of a settled head.
     pictures: [Frame; 2],
+    /// Frames of it from here on may be measured in.
+    rested: f64,
     closed: bool,
 }
 
@@ -127,6 +129,7 @@ impl Rig {
             lit: None,
             approached: false,
             pictures: [Frame::empty(), Frame::empty()],
+            rested: f64::NEG_INFINITY,
             closed: false,
         })
     }

@@ -103,10 +103,6 @@ const DEFAULT_TOLERANCE: f64 = 1e-3;
 /// How long the head must be seen to stand before the laser may be switched on by hand, seconds.
 const STANDSTILL_TIMEOUT: f64 = 1.0;
 
-/// Frames are looked at from this share of the time on for which readings have to be equal. At 0.55 both
-/// waits overlap and a move loses 180 ms instead of 250; but the swing after it then still moves frames by
-/// a tenth of a pixel, which costs one spot in ten of a scene with sharp edges, and 15 % in depth.
-const EARLIEST_LOOK: f64 = 1.0;
 /// Bound on pairs of frames, should the clock stand still.
 const MAX_LOOKS: u32 = 100_000;
 
@@ -134,6 +130,16 @@ pub(crate) struct Mover<'a> {
     pub approached: &'a mut bool,
     /// The last two frames of a settled head.
     pub pictures: &'a mut [Frame; 2],
+    /// Frames are looked at from this share of [`SettleOptions::duration`] on. Below 1 both waits overlap,
+    /// and the frames may show the last tenths of a pixel of a swing: not to be measured in.
+    pub earliest_look: f64,
+}
+
+/// A head that stands.
+pub(crate) struct Settled {
+    pub position: PtzPosition,
+    /// Frames from here on may be measured in.
+    pub rested: f64,
 }
 
 /// Where the head is, as the device reads it.
@@ -149,7 +155,7 @@ pub(crate) fn read_position(ptz: &mut dyn PanTiltZoom) -> Result<PtzPosition> {
 impl Mover<'_> {
     /// Goes to the target from lower pan and tilt and waits until it stands there. On an error the head
     /// may still be moving.
-    pub fn approach(&mut self, target: Vector2<f64>, cancel: &Cancel) -> Result<PtzPosition> {
+    pub fn approach(&mut self, target: Vector2<f64>, cancel: &Cancel) -> Result<Settled> {
         let [pan_tolerance, tilt_tolerance] = self.tolerances();
         let overshoot = self.settle.overshoot;
         if overshoot > 0.0 {
@@ -169,9 +175,9 @@ impl Mover<'_> {
             }
         }
         self.go(target)?;
-        let position = self.settled(target, cancel)?;
+        let settled = self.settled(target, cancel)?;
         *self.approached = true;
-        Ok(position)
+        Ok(settled)
     }
 
     fn go(&mut self, target: Vector2<f64>) -> Result<()> {
@@ -183,22 +189,24 @@ impl Mover<'_> {
     }
 
     /// Waits for arrival and for a picture that stands still.
-    fn settled(&mut self, target: Vector2<f64>, cancel: &Cancel) -> Result<PtzPosition> {
+    fn settled(&mut self, target: Vector2<f64>, cancel: &Cancel) -> Result<Settled> {
         let mut looking_since = None;
         loop {
             let arrived = self.arrive(target, false, cancel)?;
+            let settled = Settled { position: arrived.position, rested: arrived.since + self.settle.duration };
             if self.settle.picture_timeout == 0.0 {
-                return Ok(arrived.position);
+                return Ok(settled);
             }
             let since = *looking_since.get_or_insert(self.clock.now());
-            let looks = self.watch(arrived.since + EARLIEST_LOOK * self.settle.duration, since, cancel)?;
+            let earliest = arrived.since + self.earliest_look * self.settle.duration;
+            let looks = self.watch(earliest, since, cancel)?;
             // A picture that still moved at first may have gone on to another place.
             if looks == 1 {
-                return Ok(arrived.position);
+                return Ok(settled);
             }
             let position = read_position(self.ptz)?;
-            if self.same(&position, &arrived.position) {
-                return Ok(arrived.position);
+            if self.same(&position, &settled.position) {
+                return Ok(settled);
             }
         }
     }

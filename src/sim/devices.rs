@@ -51,6 +51,7 @@ impl PanTiltZoom for SimPtz {
             reports_position: true,
             has_drive: true,
             has_relative: true,
+            has_view_moves: true,
             has_home: true,
             ..PtzCapabilities::default()
         }
@@ -65,6 +66,13 @@ impl PanTiltZoom for SimPtz {
         let mut world = self.0.call_ptz()?;
         let [from_pan, from_tilt] = world.motion.reading(world.now);
         go(&mut world, [from_pan + pan, from_tilt + tilt])
+    }
+
+    fn move_in_view(&mut self, x: f64, y: f64) -> Result<()> {
+        let mut world = self.0.call_ptz()?;
+        let (k, half) = (world.rig.intrinsics, [world.rig.width, world.rig.height].map(|size| 0.5 * f64::from(size)));
+        let [pan, tilt] = world.motion.reading(world.now);
+        go(&mut world, [pan + (x * half[0] / k.fx).atan(), tilt + (y * half[1] / k.fy).atan()])
     }
 
     fn home(&mut self) -> Result<()> {

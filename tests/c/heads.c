@@ -147,6 +147,10 @@ static void moves(void)
   CHECK_OK(ptzcal_head_position(head, &pan, &tilt, NULL, NULL));
   CHECK_NEAR(pan, 0.1, 1e-9);
 
+  /* The host's own head cannot move within its picture; what is beyond the picture is refused first. */
+  CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, ptzcal_head_move_in_view(head, 1.01, 0.0, NULL, NULL));
+  CHECK_STATUS(PTZCAL_STATUS_NOT_FINITE, ptzcal_head_move_in_view(head, 0.0, NAN, NULL, NULL));
+
   /* A move that another replaces, and one that is stopped from another thread. */
   CHECK_OK(ptzcal_head_move(head, -1.0, 0.0, &first, NULL));
   CHECK_OK(ptzcal_head_move(head, 1.0, 0.0, &second, NULL));
@@ -171,6 +175,7 @@ static void moves(void)
   CHECK_STATUS(PTZCAL_STATUS_UNSUPPORTED, ptzcal_head_drive(head, 0.1, 0.0, 0.0, 1.0, NULL, NULL));
   CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, ptzcal_head_drive(head, 0.1, 0.0, 0.0, 1e9, NULL, NULL));
   CHECK_STATUS(PTZCAL_STATUS_UNSUPPORTED, ptzcal_head_home(head, NULL, NULL));
+  CHECK_STATUS(PTZCAL_STATUS_UNSUPPORTED, ptzcal_head_move_in_view(head, 0.1, 0.1, NULL, NULL));
   CHECK_STATUS(PTZCAL_STATUS_UNSUPPORTED, ptzcal_head_recall_preset(head, 0, NULL, NULL));
   CHECK_STATUS(PTZCAL_STATUS_UNSUPPORTED, ptzcal_head_set_focus(head, PTZCAL_FOCUS_AUTO, 0.0, NULL));
   CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, ptzcal_head_set_focus(head, 77, 0.0, NULL));
@@ -207,6 +212,18 @@ static void simulated(const char *address, const char *protocol)
   CHECK_OK(ptzcal_head_capabilities_init(&capabilities, sizeof capabilities));
   CHECK_OK(ptzcal_head_get_capabilities(head, &capabilities, NULL));
   CHECK(capabilities.has_drive == 1 && capabilities.pan_speed > 0.0);
+
+  /* What is half way to the right edge comes to the centre. */
+  if (capabilities.has_view_moves) {
+    CHECK_OK(ptzcal_head_move_in_view(head, 0.5, 0.0, &number, NULL));
+    CHECK(ended(head, number, NULL) == PTZCAL_MOVE_END_ARRIVED);
+    CHECK_OK(ptzcal_head_position(head, &pan, &tilt, NULL, NULL));
+    CHECK(pan > 0.2 && pan < 0.3 && fabs(tilt) < 1e-9);
+    CHECK_OK(ptzcal_head_move(head, 0.0, 0.0, &number, NULL));
+    CHECK(ended(head, number, NULL) == PTZCAL_MOVE_END_ARRIVED);
+  } else {
+    CHECK_STATUS(PTZCAL_STATUS_UNSUPPORTED, ptzcal_head_move_in_view(head, 0.5, 0.0, NULL, NULL));
+  }
 
   /* A drive that is renewed goes on, and stops by itself when it is not. */
   began = seconds();

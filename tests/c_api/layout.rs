@@ -93,7 +93,7 @@ fn rust() -> String {
     layout!(out, ptzcal_ptz: struct_size raw_units pan_min pan_max tilt_min tilt_max pan_step tilt_step
         user move_absolute position motion stop);
     layout!(out, ptzcal_angle_summary: struct_size frames pairs reserved raw angles mounting mounting_sigma rms outliers repeatability parallax parallax_sigma);
-    layout!(out, ptzcal_head_capabilities: struct_size raw_units pan_min pan_max tilt_min tilt_max pan_step tilt_step pan_speed tilt_speed presets reports_motion reports_position has_drive has_relative has_home has_zoom has_focus has_exposure_lock reserved);
+    layout!(out, ptzcal_head_capabilities: struct_size raw_units pan_min pan_max tilt_min tilt_max pan_step tilt_step pan_speed tilt_speed presets reports_motion reports_position has_drive has_relative has_home has_zoom has_focus has_exposure_lock has_view_moves);
     layout!(out, ptzcal_angle_learning_options: struct_size min_positions max_frames reserved step scene_nearest scene_farthest levers lever_sigma min_cover max_rms);
     layout!(out, ptzcal_probe_options: struct_size repeats reach_limits toggle_laser amplitude max_time);
     layout!(out, ptzcal_figure: struct_size count value sigma);

@@ -475,7 +475,12 @@ impl State {
                 String::new()
             }
             "RelativeMove" => {
-                let [pan, tilt] = pan_tilt().map(share).ok_or("no translation")?;
+                let by = pan_tilt().map(|by| match body.contains("/TranslationSpaceFov") {
+                    // Percents of half a picture of 60 by 40 degrees.
+                    true => [0.3 * by[0] / HALF[0], 0.2 * by[1] / HALF[1]],
+                    false => share(by),
+                });
+                let [pan, tilt] = by.ok_or("no translation")?;
                 let [p, t, _] = self.axes.at;
                 (self.axes.target[0], self.axes.target[1]) = (Some(p + pan), Some(t + tilt));
                 String::new()
@@ -555,6 +560,7 @@ impl State {
                 &space("AbsolutePanTiltPositionSpace", "SphericalPositionSpaceDegrees/v2", HALF).replace("/v2", "V2");
             spaces += &space("RelativePanTiltTranslationSpace", "SphericalTranslationSpaceDegrees", HALF);
             spaces += &space("ContinuousPanTiltVelocitySpace", "VelocitySpaceDegrees", [90.0, 45.0]);
+            spaces += &space("RelativePanTiltTranslationSpace", "TranslationSpaceFov", [100.0; 2]);
         }
         let zoom = |kind: &str, uri: &str, low: f64| {
             let uri = format!("http://www.onvif.org/ver10/tptz/ZoomSpaces/{uri}");

@@ -534,6 +534,7 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_head_motion": (_status, _handle, _int32_out, _error_out),
     "ptzcal_head_move": (_status, _handle, c_double, c_double, _uint64_out, _error_out),
     "ptzcal_head_move_by": (_status, _handle, c_double, c_double, _uint64_out, _error_out),
+    "ptzcal_head_move_in_view": (_status, _handle, c_double, c_double, _uint64_out, _error_out),
     "ptzcal_head_drive": (
         _status, _handle, c_double, c_double, c_double, c_double, _uint64_out, _error_out,
     ),

@@ -403,7 +403,7 @@ class ptzcal_head_capabilities(Structure):
         ("has_zoom", c_uint32),
         ("has_focus", c_uint32),
         ("has_exposure_lock", c_uint32),
-        ("reserved", c_uint32),
+        ("has_view_moves", c_uint32),
     ]
 
 

@@ -86,6 +86,7 @@ class HeadCapabilities:
     has_zoom: bool
     has_focus: bool
     has_exposure_lock: bool
+    has_view_moves: bool
 
 
 class HeadIdentity(NamedTuple):
@@ -248,6 +249,11 @@ class Head:
     def move_by(self, pan: float, tilt: float) -> int:
         """Starts a move from where the head is, radians."""
         return self._start("move_by", pan, tilt)
+
+    def move_in_view(self, x: float, y: float) -> int:
+        """Starts a move that brings a place of the present picture to its centre: from -1 to 1, from the
+        centre to the picture's right and upper edge."""
+        return self._start("move_in_view", x, y)
 
     def drive(self, pan: float, tilt: float, zoom: float = 0.0, *, dead_man: float = 1.0) -> int:
         """Drives at a speed, radians per second (zoom: -1 to 1), until told otherwise and no

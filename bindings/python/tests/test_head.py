@@ -25,6 +25,7 @@ class Heads(TestCase):
             self.assertAlmostEqual(at.pan, 0.05, delta=2e-3)
             self.assertAlmostEqual(at.tilt, -0.02, delta=2e-3)
             self.assertEqual(head.wait(head.move_by(-0.03, 0.0)), MoveEnd.ARRIVED)
+            self.assertTrue(head.capabilities.has_view_moves)
             for _ in range(2):
                 self.assertTrue(heard.acquire(timeout=20.0))
             self.assertEqual([event.end for event in ends], [MoveEnd.ARRIVED] * 2)

@@ -211,10 +211,6 @@ impl OnvifHead {
                 (space, [velocity.pan, velocity.tilt].map(f64::to_degrees))
             }
             (_, _, Some(space)) => {
-                let share = |value: f64, full: f64, [low, high]: [f64; 2]| {
-                    let share = (value / if full > 0.0 { full } else { 1.0 }).clamp(-1.0, 1.0);
-                    share * if share < 0.0 { -low } else { high }
-                };
                 let [pan, tilt] = self.full_speed;
                 (space, [share(velocity.pan, pan, space.x), share(velocity.tilt, tilt, space.y)])
             }
@@ -278,6 +274,12 @@ fn preset_name(number: u32) -> String {
     format!("ptzcal-{number}")
 }
 
+/// A value as a share of the full one, in a space of this range.
+fn share(value: f64, full: f64, [low, high]: [f64; 2]) -> f64 {
+    let share = (value / if full > 0.0 { full } else { 1.0 }).clamp(-1.0, 1.0);
+    share * if share < 0.0 { -low } else { high }
+}
+
 fn pan_tilt(x: f64, y: f64, space: &str) -> String {
     format!("<tt:PanTilt x=\"{x:.6}\" y=\"{y:.6}\" space=\"{}\"/>", escaped(space))
 }
@@ -304,6 +306,7 @@ impl PanTiltZoom for OnvifHead {
             has_zoom: known(&self.node.zoom),
             has_drive: known(&self.node.velocity) || known(&self.node.velocity_degrees),
             has_relative: true,
+            has_view_moves: known(&self.node.relative_view),
             has_home: self.node.home,
             has_focus: self.lens.is_some(),
             presets: self.node.presets.min(MAX_PRESETS),
@@ -349,6 +352,18 @@ impl PanTiltZoom for OnvifHead {
                 self.move_absolute(from.pan + pan, from.tilt + tilt)
             }
         }
+    }
+
+    fn move_in_view(&mut self, x: f64, y: f64) -> Result<()> {
+        let Some(space) = &self.node.relative_view else {
+            return Err(Error::Unsupported { what: "moves within the picture by this camera".into() });
+        };
+        // The space ends at the picture's edges, which some cameras call 1 and others 100.
+        let by = pan_tilt(share(x, 1.0, space.x), share(y, 1.0, space.y), &space.uri);
+        let by = format!("<q:Translation>{by}</q:Translation>");
+        self.sent = None;
+        self.watch.restart();
+        self.call("RelativeMove", &by).map(drop)
     }
 
     /// # Errors

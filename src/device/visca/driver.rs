@@ -242,6 +242,7 @@ impl PanTiltZoom for ViscaHead {
             has_zoom: true,
             has_drive: true,
             has_relative: true,
+            has_view_moves: false,
             has_home: true,
             has_focus: true,
             has_exposure_lock: true,

@@ -136,10 +136,19 @@ impl Emulator {
     /// Takes one datagram that holds one packet, and answers to its origin. What is no packet is
     /// answered by a syntax error.
     pub fn feed_packet(&mut self, bytes: &[u8], origin: Origin, now: f64) {
-        self.finish(now);
-        if !self.is_plugged(now) || self.dealer.strikes(FaultKind::Lose, now).is_some() {
-            return;
+        if self.is_reached(now) {
+            self.take_packet(bytes, origin, now);
         }
+    }
+
+    /// Does a datagram come through to the camera?
+    pub(super) fn is_reached(&mut self, now: f64) -> bool {
+        self.finish(now);
+        self.is_plugged(now) && self.dealer.strikes(FaultKind::Lose, now).is_none()
+    }
+
+    /// What [`feed_packet`](Self::feed_packet) does with a datagram that came through.
+    pub(super) fn take_packet(&mut self, bytes: &[u8], origin: Origin, now: f64) {
         let bytes = self.dealer.damage(bytes, now);
         match Packet::from_bytes(&bytes) {
             Some(packet) => self.take(&packet, origin, now),

@@ -28,6 +28,9 @@ pub(super) struct IpSession {
 impl IpSession {
     /// Takes a datagram; what is to be answered at once.
     pub fn hear(&mut self, origin: Origin, datagram: &[u8], emulator: &mut Emulator, now: f64) -> Option<Vec<u8>> {
+        if !emulator.is_reached(now) {
+            return None;
+        }
         let message = Message::decode(datagram)?;
         let control = |control: Control| {
             let reply = Message { kind: Kind::ControlReply, payload: control.payload(), ..message };
@@ -46,7 +49,7 @@ impl IpSession {
                     return control(Control::BadSequence);
                 }
                 *peer = Peer { last: Some(message.sequence), failed: false };
-                emulator.feed_packet(message.payload, Origin { sequence: message.sequence, ..origin }, now);
+                emulator.take_packet(message.payload, Origin { sequence: message.sequence, ..origin }, now);
                 None
             }
         }
