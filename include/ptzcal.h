@@ -7863,6 +7863,8 @@ typedef struct ptzcal_adjusted_summary {
   double noise_factor;
   /** Condition number of the normal equations, scaled to unit diagonal; 1 is perfect. */
   double condition;
+  /** Planes. */
+  uint64_t planes;
 } ptzcal_adjusted_summary;
 
 /**
@@ -7957,8 +7959,9 @@ ptzcal_status ptzcal_adjusted_get_calibration(const ptzcal_adjusted *adjusted,
 /**
  * The covariance of all parameters: p x p numbers, row-major, symmetric, p = the summary's
  * `parameters`. Their order: PTZCAL_RIG_PARAMETERS of the rig (ptzcal_rig_parameter); six of every
- * station (as ptzcal_adjustment_add_station takes them); then those of every camera (as
- * ptzcal_calibration_copy_covariance has them). Rows and columns of fixed parameters are 0.
+ * station (as ptzcal_adjustment_add_station takes them); those of every camera (as
+ * ptzcal_calibration_copy_covariance has them); then three of every plane, of which
+ * ptzcal_adjusted_get_plane says more. Rows and columns of fixed parameters are 0.
  *
  * @param adjusted The answer.
  * @param buffer   Receives the numbers; may be NULL when capacity is 0.
@@ -8186,6 +8189,95 @@ ptzcal_status ptzcal_adjusted_measure(const ptzcal_adjusted *adjusted,
                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+ * Joint adjustment: planes
+ *
+ * Walls, floors, sides of furniture: surfaces that shots of several stations hit. Where each plane lies is
+ * found with the rest; a station that shares three planes across each other with another one needs no
+ * known pose and no camera in common with it. Planes count from 0 in the order of adding.
+ * ============================================================================================= */
+
+/** For ptzcal_adjustment_set_planes: a shot that hit none. */
+#define PTZCAL_NO_PLANE 4294967295
+
+/**
+ * Adds a plane, whose place is found.
+ *
+ * @param adjustment The survey.
+ * @param flatness   How far its surface strays from it: standard deviation, 1e-6 to 1 m. A painted wall
+ *                   has about 0.002.
+ * @param plane      Receives its index; may be NULL.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for another flatness; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_add_plane(ptzcal_adjustment *adjustment,
+                                          double flatness,
+                                          uint32_t *plane,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Says which plane each of several shots hit. Where that is wrong, it is set aside like any other outlier.
+ *
+ * @param adjustment The survey.
+ * @param first      The first shot; the others follow it.
+ * @param planes     n indices of planes, or PTZCAL_NO_PLANE.
+ * @param n          Number of shots.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a shot or a plane that does not exist and
+ *         for a shot that was said to hit one already (none is taken then); PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_set_planes(ptzcal_adjustment *adjustment,
+                                           size_t first,
+                                           const uint32_t *planes,
+                                           size_t n,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * A plane of the scene in the world: normal . X = distance.
+ *
+ * @param adjusted   The answer.
+ * @param plane      The plane's index.
+ * @param values     Receives 4 numbers: its unit normal and its distance from the origin, metres.
+ * @param covariance Receives 16 numbers: the covariance of these, row-major; the normal moves only across
+ *                   itself, so that its rank is three; may be NULL.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT when there is no such plane.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_get_plane(const ptzcal_adjusted *adjusted,
+                                        uint32_t plane,
+                                        double *values,
+                                        double *covariance,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Which shots hit the plane that they were said to hit: one byte a shot, 1 where the answer uses it, 0
+ * where it was set aside or no plane was named.
+ *
+ * @param adjusted The answer.
+ * @param buffer   Receives the bytes; may be NULL when capacity is 0.
+ * @param capacity How many bytes the buffer holds.
+ * @param needed   Receives how many there are, also when they do not fit; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjusted_copy_plane_inliers(const ptzcal_adjusted *adjusted,
+                                                 uint8_t *buffer,
+                                                 size_t capacity,
+                                                 size_t *needed,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
  * Joint adjustment: solving
  *
  * The maximum-likelihood estimate of everything that is free, from a cold start, by
@@ -8222,6 +8314,12 @@ typedef struct ptzcal_adjust_options {
    * refused (PTZCAL_STATUS_DEGENERATE); the default is 0.1; INFINITY takes whatever was found.
    */
   double max_focal_deviation;
+  /**
+   * Refuse (PTZCAL_STATUS_DEGENERATE, with the direction) when a station that is not fixed is
+   * determined worse than this: its rotation in radians, its position as a share of the median range
+   * of its shots; positive; the default is 0.1; INFINITY takes whatever was found.
+   */
+  double max_station_deviation;
 } ptzcal_adjust_options;
 
 /**
@@ -8250,7 +8348,8 @@ ptzcal_status ptzcal_adjust_options_init(ptzcal_adjust_options *options,
  *         ptzcal_calibrate_camera (index: the camera that cannot be calibrated);
  *         PTZCAL_STATUS_DEGENERATE (the message names what trades off and what to add);
  *         PTZCAL_STATUS_BAD_STATE when nothing is free, or for an unknown station that shares no
- *         camera with the others; PTZCAL_STATUS_BEHIND_CAMERA (index: the shot) when robust is 0;
+ *         camera and no three planes with the others; PTZCAL_STATUS_BEHIND_CAMERA (index: the shot)
+ *         when robust is 0;
  *         PTZCAL_STATUS_NO_CONSENSUS; PTZCAL_STATUS_NO_CONVERGENCE; PTZCAL_STATUS_LENS_NOT_MONOTONE;
  *         PTZCAL_STATUS_CANCELLED; PTZCAL_STATUS_BUSY.
  *

@@ -1,18 +1,19 @@
 //! The answer of a joint adjustment: estimates, their covariance, and what follows from them.
 
 use faer::Mat;
-use nalgebra::{DMatrix, Matrix2, Matrix3, SMatrix, Vector2, Vector3};
+use nalgebra::{DMatrix, Matrix2, Matrix3, Matrix4, Matrix4x3, SMatrix, Vector2, Vector3};
 
 use super::check;
 use super::eliminate::Eliminated;
-use super::layout::{Layout, State};
-use super::linearise::{Problem, ShotPoint};
-use super::problem::{AdjustOptions, Adjustment, camera_name, compact_rows, rig_name, station_name};
+use super::layout::{Layout, PLANE, State};
+use super::linearise::{Problem, ShotPoint, Witness};
+use super::problem::{AdjustOptions, Adjustment, camera_name, compact_rows, plane_name, rig_name, station_name};
 use super::weakness;
 use crate::calibrate::check::SURE;
 use crate::calibrate::{Calibration, FitCheck, Weakness};
 use crate::error::{Error, Result};
-use crate::geometry::{InverseDepthPoint, RIG_PARAMETERS, RigModel, Rigid};
+use crate::geometry::linalg::symmetric_eigen3;
+use crate::geometry::{InverseDepthPoint, Plane, RIG_PARAMETERS, RigModel, Rigid};
 
 /// What the solver leaves.
 #[derive(Debug, Clone)]
@@ -38,12 +39,17 @@ pub struct Adjusted {
     /// Each camera with its own block of the covariance, which contains what is not known of the rig.
     /// Residuals and inliers are of its sightings in the order of the shots.
     pub cameras: Vec<Calibration>,
+    /// In the world.
+    pub planes: Vec<Plane>,
     /// Of all parameters: the rig's ([`RigParameter`](crate::geometry::RigParameter)), six of every
-    /// station (as [`Station::prior`](super::Station::prior)), then those of every camera (as
-    /// [`Calibration::covariance`]). Rows of fixed parameters are zero.
+    /// station (as [`Station::prior`](super::Station::prior)), those of every camera (as
+    /// [`Calibration::covariance`]), then three of every plane: what moves its normal along its
+    /// [`tangents`](Plane::tangents), radians, and its distance, metres. Rows of fixed parameters are zero.
     pub covariance: DMatrix<f64>,
     /// Per shot: was the head camera's spot used?
     pub head_inliers: Vec<bool>,
+    /// Per shot: did it hit the plane that it was said to hit? False where none was named.
+    pub plane_inliers: Vec<bool>,
     /// Noise by the residuals' median over stated noise, at least 1.
     pub noise_factor: f64,
     /// Does the model fit?
@@ -72,8 +78,10 @@ impl Adjusted {
             rig: solution.state.rig,
             stations: solution.state.stations.clone(),
             cameras: Vec::new(),
+            planes: solution.state.planes.clone(),
             covariance: DMatrix::zeros(0, 0),
             head_inliers: Vec::new(),
+            plane_inliers: Vec::new(),
             noise_factor: factor,
             check,
             iterations,
@@ -91,14 +99,21 @@ impl Adjusted {
         let mut residuals = vec![Vec::new(); adjusted.input.cameras().len()];
         let mut inliers = residuals.iter().map(|_| Vec::new()).collect::<Vec<Vec<bool>>>();
         for shot in 0..adjusted.input.shots().len() {
-            let mut head = false;
+            let (mut head, mut plane) = (false, false);
             let point = problem.point(&adjusted.solution.state, shot);
             for v in problem.span(shot) {
                 let view = &problem.views[v];
                 let used = adjusted.solution.used[v];
-                let Some(camera) = view.camera else {
-                    head = used;
-                    continue;
+                let camera = match view.by {
+                    Some(Witness::Camera(camera)) => camera,
+                    Some(Witness::Plane(_)) => {
+                        plane = used;
+                        continue;
+                    }
+                    None => {
+                        head = used;
+                        continue;
+                    }
                 };
                 let rho = adjusted.solution.state.locals[shot][0];
                 let predicted = adjusted.solution.state.cameras[camera].project_homogeneous(&point.xyz, rho);
@@ -106,7 +121,9 @@ impl Adjusted {
                 inliers[camera].push(used);
             }
             adjusted.head_inliers.push(head);
+            adjusted.plane_inliers.push(plane);
         }
+        adjusted.demand_stations(options.max_station_deviation)?;
         let places = adjusted.places();
         for (index, (residuals, inliers)) in residuals.into_iter().zip(inliers).enumerate() {
             let calibration = adjusted.camera(index, &places, residuals, inliers);
@@ -124,6 +141,45 @@ impl Adjusted {
             adjusted.cameras.push(calibration);
         }
         Ok(adjusted)
+    }
+
+    /// Refuses a station that can slide or turn: where parallel walls are all that ties it, say.
+    fn demand_stations(&self, limit: f64) -> Result<()> {
+        let places = self.places();
+        for (index, (_, free)) in self.solution.layout.stations.iter().enumerate() {
+            let mut ranges: Vec<f64> = self
+                .input
+                .shots()
+                .iter()
+                .zip(&self.solution.state.locals)
+                .filter(|(shot, local)| shot.station == index && local[0] > 0.0)
+                .map(|(_, local)| 1.0 / local[0])
+                .collect();
+            if free.is_empty() || ranges.is_empty() {
+                continue;
+            }
+            let middle = ranges.len() / 2;
+            let range = *ranges.select_nth_unstable_by(middle, f64::total_cmp).1;
+            let first = places[1 + index].start;
+            for (what, at, most, unit) in
+                [("turns about", first, limit, "rad"), ("slides along", first + 3, limit * range, "m")]
+            {
+                let block = self.covariance.fixed_view::<3, 3>(at, at).into_owned();
+                let Some((values, vectors)) = symmetric_eigen3(&block) else { continue };
+                let worst = (0..3).max_by(|a, b| values[*a].total_cmp(&values[*b])).unwrap_or(0);
+                let deviation = values[worst].max(0.0).sqrt();
+                if deviation.is_nan() || deviation > most {
+                    let v = vectors[worst];
+                    let detail = format!(
+                        "station {index} {what} ({:.2}, {:.2}, {:.2}): it is determined there to {deviation:.2} {unit} only \
+                         (limit {most:.2}); shots of planes across that direction, or of a shared camera, would tell",
+                        v.x, v.y, v.z
+                    );
+                    return Err(Error::degenerate(crate::error::Degeneracy::IllConditioned, detail));
+                }
+            }
+        }
+        Ok(())
     }
 
     fn camera(
@@ -157,10 +213,11 @@ impl Adjusted {
     }
 
     /// Where each group begins and ends in [`covariance`](Self::covariance): the rig, every station,
-    /// every camera.
+    /// every camera, every plane.
     pub fn places(&self) -> Vec<std::ops::Range<usize>> {
         let cameras = self.solution.state.cameras.iter().map(|c| 11 + c.distortion.coefficients().len());
         let lengths = std::iter::once(RIG_PARAMETERS).chain(self.stations.iter().map(|_| 6)).chain(cameras);
+        let lengths = lengths.chain(self.planes.iter().map(|_| PLANE));
         let mut next = 0;
         let place = |length| {
             next += length;
@@ -177,6 +234,7 @@ impl Adjusted {
             let coefficients = camera.distortion.coefficients().len();
             names.extend((0..11 + coefficients).map(|i| camera_name(index, i, coefficients)));
         }
+        names.extend((0..self.planes.len()).flat_map(|p| (0..PLANE).map(move |i| plane_name(p, i))));
         names
     }
 
@@ -203,8 +261,31 @@ impl Adjusted {
                 }
             }
         }
+        for (first, place) in layout.planes.iter().zip(&places[1 + self.stations.len() + layout.cameras.len()..]) {
+            for k in 0..PLANE {
+                s[(place.start + k, first + k)] = 1.0;
+            }
+        }
         let c = &s * &self.solution.covariance * s.transpose();
         (&c + c.transpose()) * 0.5
+    }
+
+    /// Covariance of a plane's unit normal and distance, in this order (metres).
+    ///
+    /// # Errors
+    /// `InvalidArgument` for an index that does not exist.
+    pub fn plane_covariance(&self, plane: usize) -> Result<Matrix4<f64>> {
+        let Some(it) = self.planes.get(plane) else {
+            return Err(Error::invalid("plane", format!("{plane} of {}", self.planes.len())));
+        };
+        let [a, b] = it.tangents();
+        let mut by = Matrix4x3::zeros();
+        by.fixed_view_mut::<3, 1>(0, 0).copy_from(&a);
+        by.fixed_view_mut::<3, 1>(0, 1).copy_from(&b);
+        by[(3, 2)] = 1.0;
+        let first = self.places()[1 + self.stations.len() + self.cameras.len() + plane].start;
+        let own = self.covariance.fixed_view::<PLANE, PLANE>(first, first).into_owned();
+        Ok(by * own * by.transpose())
     }
 
     /// Covariance of the rig's parameters.

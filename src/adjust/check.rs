@@ -1,7 +1,7 @@
 //! The self-check of a joint adjustment: all residuals, all fixed groups, all priors.
 
 use super::adjusted::Solution;
-use super::layout::{CameraColumns, Group, Layout, State};
+use super::layout::{CameraColumns, Group, Layout, PLANE, State};
 use super::linearise::Problem;
 use crate::calibrate::check::{FitCheck, SUSPECT, Suspect, score_test, testable, widened};
 use crate::geometry::RIG_PARAMETERS;
@@ -11,9 +11,9 @@ pub(super) fn check(problem: &Problem<'_>, solution: &Solution, data_chi2: f64) 
     let layout = &solution.layout;
     let (mut rows, mut unknowns) = (0, layout.count);
     for shot in 0..problem.input.shots().len() {
-        let views = problem.span(shot).filter(|v| solution.used[*v]).count();
-        if views > 0 {
-            rows += 2 * views + problem.local_count() - 1;
+        let measured: usize = problem.span(shot).filter(|v| solution.used[*v]).map(|v| problem.views[v].rows()).sum();
+        if measured > 0 {
+            rows += measured + problem.local_count() - 1;
             unknowns += problem.local_count();
         }
     }
@@ -72,6 +72,7 @@ fn extended(problem: &Problem<'_>, solution: &Solution) -> (Layout, State, Vec<u
         rig: (0..RIG_PARAMETERS).collect(),
         stations: Vec::new(),
         cameras: Vec::new(),
+        planes: Vec::new(),
         // Scores are of the data: at the solution the priors' pull on solved columns cancels theirs.
         priors: Vec::new(),
         count: RIG_PARAMETERS,
@@ -115,6 +116,10 @@ fn extended(problem: &Problem<'_>, solution: &Solution) -> (Layout, State, Vec<u
         }));
         layout.count += freedom.count();
         layout.cameras.push(CameraColumns { first: start, freedom });
+    }
+    layout.add_planes(solved.planes.len());
+    for (old, new) in solved.planes.iter().zip(&layout.planes) {
+        (0..PLANE).for_each(|k| original[old + k] = new + k);
     }
     (layout, state, original, candidates)
 }

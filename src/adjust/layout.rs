@@ -2,12 +2,12 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use super::problem::{Adjustment, CameraSetup, camera_name, compact_rows, rig_name, spread, station_name};
+use super::problem::{Adjustment, CameraSetup, camera_name, compact_rows, plane_name, rig_name, spread, station_name};
 use crate::calibrate::CalibrationOptions;
 use crate::calibrate::freedom::{self, Freedom};
 use crate::error::Result;
 use crate::geometry::rigid::{exp, log, nearest_rotation};
-use crate::geometry::{Camera, RIG_PARAMETERS, RigModel, Rigid};
+use crate::geometry::{Camera, Plane, RIG_PARAMETERS, RigModel, Rigid};
 
 /// The unknowns' values at one iteration.
 #[derive(Debug, Clone)]
@@ -15,9 +15,14 @@ pub(super) struct State {
     pub rig: RigModel,
     pub stations: Vec<Rigid>,
     pub cameras: Vec<Camera>,
+    /// In the world; the sides of their normals mean nothing.
+    pub planes: Vec<Plane>,
     /// Per shot: inverse depth, and the head's true angles beyond those of the readings.
     pub locals: Vec<[f64; 3]>,
 }
+
+/// Unknowns of a plane.
+pub(super) const PLANE: usize = 3;
 
 /// Unknowns of one camera.
 #[derive(Debug, Clone)]
@@ -50,6 +55,8 @@ pub(super) struct Layout {
     /// Per station its first column and its free parameters.
     pub stations: Vec<(usize, Vec<usize>)>,
     pub cameras: Vec<CameraColumns>,
+    /// First column of each plane's three: turns about its tangents, distance.
+    pub planes: Vec<usize>,
     pub priors: Vec<ColumnPrior>,
     pub count: usize,
 }
@@ -58,7 +65,14 @@ impl Layout {
     pub fn of(input: &Adjustment) -> Result<Self> {
         let belief = input.rig_prior().belief(rig_name)?;
         let rig: Vec<usize> = (0..RIG_PARAMETERS).filter(|i| belief.free[*i]).collect();
-        let mut layout = Self { count: rig.len(), rig, stations: Vec::new(), cameras: Vec::new(), priors: Vec::new() };
+        let mut layout = Self {
+            count: rig.len(),
+            rig,
+            stations: Vec::new(),
+            cameras: Vec::new(),
+            planes: Vec::new(),
+            priors: Vec::new(),
+        };
         let columns: Vec<usize> = belief.held.iter().filter_map(|p| layout.rig.iter().position(|r| r == p)).collect();
         layout.add_prior(Group::Rig, &belief.held, columns, &belief.information);
         for (index, station) in input.stations().iter().enumerate() {
@@ -74,6 +88,7 @@ impl Layout {
         for (index, setup) in input.cameras().iter().enumerate() {
             layout.add_camera(index, setup)?;
         }
+        layout.add_planes(input.planes().len());
         Ok(layout)
     }
 
@@ -99,6 +114,13 @@ impl Layout {
         }
         self.cameras.push(CameraColumns { first, freedom });
         Ok(())
+    }
+
+    pub fn add_planes(&mut self, count: usize) {
+        for _ in 0..count {
+            self.planes.push(self.count);
+            self.count += PLANE;
+        }
     }
 
     fn add_prior(&mut self, group: Group, parameters: &[usize], columns: Vec<usize>, all: &DMatrix<f64>) {
@@ -128,6 +150,7 @@ impl Layout {
                 }
             }));
         }
+        names.extend((0..self.planes.len()).flat_map(|p| (0..PLANE).map(move |i| plane_name(p, i))));
         names
     }
 }
@@ -213,6 +236,19 @@ impl State {
                 if own.is_empty() { Some(*camera) } else { freedom::moved(camera, &c.freedom, own) }
             })
             .collect::<Option<Vec<_>>>()?;
-        Some(Self { rig, stations, cameras, locals: self.locals.clone() })
+        let planes = self.planes.iter().zip(&layout.planes).map(|(p, first)| turned(p, &step[*first..first + PLANE]));
+        let planes = planes.collect::<Option<Vec<_>>>()?;
+        Some(Self { rig, stations, cameras, planes, locals: self.locals.clone() })
     }
+}
+
+/// A plane after a step: its normal moved along the tangents, and its distance.
+fn turned(plane: &Plane, step: &[f64]) -> Option<Plane> {
+    let [a, b] = plane.tangents();
+    if step[0].hypot(step[1]) > 1.5 {
+        return None;
+    }
+    let normal = (plane.normal + a * step[0] + b * step[1]).try_normalize(0.0)?;
+    let distance = plane.distance + step[2];
+    distance.is_finite().then_some(Plane { normal, distance })
 }

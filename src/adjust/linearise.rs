@@ -7,25 +7,45 @@ use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::eliminate::{Eliminated, Own};
 use super::gram::Gram;
-use super::layout::{Layout, State};
+use super::layout::{Layout, PLANE, State};
 use super::problem::{AdjustOptions, Adjustment};
 use crate::calibrate::freedom::{ALL, full_jacobian};
 use crate::error::{Error, Result};
-use crate::geometry::RIG_PARAMETERS;
+use crate::geometry::{Camera, Plane, RIG_PARAMETERS};
 
 /// Rig and station: what a shot's ray depends on.
 const COMMON: usize = RIG_PARAMETERS + 6;
 /// A row of a camera's equations: ray, camera, right-hand side.
 pub(super) const ROW: usize = COMMON + ALL + 1;
 
-/// One spot of one shot.
+/// What, besides the head camera, says something of a shot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Witness {
+    Camera(usize),
+    /// The shot hit it.
+    Plane(usize),
+}
+
+/// One spot of one shot, or that it hit a plane.
 #[derive(Clone)]
 pub(super) struct View {
     /// `None`: the head camera.
-    pub camera: Option<usize>,
+    pub by: Option<Witness>,
+    /// Zero for a plane: the distance from it, and nothing.
     pub pixel: Vector2<f64>,
     /// L^-1 with L L^T the covariance of the pixel.
     pub whitening: Matrix2<f64>,
+}
+
+impl View {
+    /// Numbers that are measured.
+    pub fn rows(&self) -> usize {
+        if self.is_plane() { 1 } else { 2 }
+    }
+
+    pub fn is_plane(&self) -> bool {
+        matches!(self.by, Some(Witness::Plane(_)))
+    }
 }
 
 /// All measurements in the order in which they are worked through.
@@ -42,17 +62,17 @@ pub(super) struct Problem<'a> {
     /// they stay linear.
     focals: Vec<f64>,
     batches: Vec<Batch>,
-    /// Gram matrices: one for each station's head, then one for each pair of station and camera.
-    pairs: BTreeMap<(usize, usize), usize>,
+    /// Gram matrices: one for each station's head, then one for each pair of station and witness.
+    pairs: BTreeMap<(usize, Witness), usize>,
 }
 
-/// Shots from one station seen by the same cameras: they touch the same columns.
+/// Shots from one station with the same witnesses: they touch the same columns.
 struct Batch {
     station: usize,
     shots: Vec<usize>,
     columns: Vec<usize>,
-    /// For each camera its place in `columns`.
-    places: BTreeMap<usize, usize>,
+    /// For each witness its place in `columns`.
+    places: BTreeMap<Witness, usize>,
 }
 
 pub(super) struct System {
@@ -80,31 +100,38 @@ impl<'a> Problem<'a> {
     pub fn new(input: &'a Adjustment, layout: &'a Layout, start: &State, options: &AdjustOptions) -> Result<Self> {
         let mut views = Vec::new();
         let mut spans = vec![0];
-        let mut groups: BTreeMap<(usize, Vec<usize>), Vec<usize>> = BTreeMap::new();
+        let mut groups: BTreeMap<(usize, Vec<Witness>), Vec<usize>> = BTreeMap::new();
         let mut pairs = BTreeMap::new();
         for (index, shot) in input.shots().iter().enumerate() {
             let head = shot.head.iter().map(|(pixel, covariance)| (None, pixel, covariance));
-            let fixed = shot.sightings.iter().map(|s| (Some(s.camera), &s.pixel, &s.covariance));
-            for (camera, pixel, covariance) in head.chain(fixed) {
+            let fixed = shot.sightings.iter().map(|s| (Some(Witness::Camera(s.camera)), &s.pixel, &s.covariance));
+            for (by, pixel, covariance) in head.chain(fixed) {
                 let whitening = whitening(covariance)
                     .ok_or_else(|| Error::invalid("covariance", format!("of shot {index} is singular")))?;
-                views.push(View { camera, pixel: *pixel, whitening });
+                views.push(View { by, pixel: *pixel, whitening });
+            }
+            let mut witnesses: Vec<Witness> = shot.sightings.iter().map(|s| Witness::Camera(s.camera)).collect();
+            if let Some(plane) = input.plane_of(index) {
+                let by = Witness::Plane(plane);
+                // The row that does not exist weighs nothing.
+                let whitening = Matrix2::new(1.0 / input.planes()[plane], 0.0, 0.0, 0.0);
+                views.push(View { by: Some(by), pixel: Vector2::zeros(), whitening });
+                witnesses.push(by);
             }
             spans.push(views.len());
-            let mut cameras: Vec<usize> = shot.sightings.iter().map(|s| s.camera).collect();
-            cameras.sort_unstable();
-            for camera in &cameras {
-                pairs.insert((shot.station, *camera), 0);
+            witnesses.sort_unstable();
+            for witness in &witnesses {
+                pairs.insert((shot.station, *witness), 0);
             }
-            groups.entry((shot.station, cameras)).or_default().push(index);
+            groups.entry((shot.station, witnesses)).or_default().push(index);
         }
         for (k, place) in pairs.values_mut().enumerate() {
             *place = input.stations().len() + k;
         }
         let batches = groups
             .into_iter()
-            .map(|((station, cameras), shots)| {
-                let (columns, places) = batch_columns(layout, station, cameras.into_iter());
+            .map(|((station, witnesses), shots)| {
+                let (columns, places) = batch_columns(layout, station, witnesses.into_iter());
                 Batch { station, shots, columns, places }
             })
             .collect();
@@ -170,8 +197,8 @@ impl<'a> Problem<'a> {
         let locals = self.local_count();
         let rig = self.layout.rig.len();
         let mut grams: Vec<Gram> = (0..self.input.stations().len()).map(|_| Gram::new(rig + 1)).collect();
-        let width = |(station, camera): &(usize, usize)| {
-            rig + self.layout.stations[*station].1.len() + self.layout.cameras[*camera].freedom.count() + 1
+        let width = |(station, witness): &(usize, Witness)| {
+            rig + self.layout.stations[*station].1.len() + self.layout.witness_columns(*witness).len() + 1
         };
         grams.extend(self.pairs.keys().map(|pair| Gram::new(width(pair))));
         let mut eliminated: Vec<Eliminated> = (0..self.input.shots().len()).map(|_| Eliminated::default()).collect();
@@ -186,19 +213,34 @@ impl<'a> Problem<'a> {
                     any = true;
                     let view = &self.views[v];
                     let mut rows = [[0.0; ROW]; 2];
-                    let (squared, weight) = match view.camera {
+                    let (squared, weight) = match view.by {
                         None => {
                             let residual = self.head_rows(state, shot, view, &mut rows, &mut own)?;
                             let k = &mut grams[batch.station];
                             rows.iter().for_each(|r| k.row().copy_from_slice(&r[..=rig]));
                             residual
                         }
-                        Some(camera) => {
-                            let place = *batch.places.get(&camera)?;
-                            let residual = self.camera_rows(state, shot, view, &point, &mut rows, &mut own, place)?;
-                            let pair = *self.pairs.get(&(batch.station, camera))?;
-                            let used = point.common + self.layout.cameras[camera].freedom.count() + 1;
-                            rows.iter().for_each(|r| grams[pair].row().copy_from_slice(&r[..used]));
+                        Some(witness) => {
+                            let place = *batch.places.get(&witness)?;
+                            let rho = state.locals[shot][0];
+                            let residual = match witness {
+                                Witness::Camera(camera) => {
+                                    let seen = &state.cameras[camera];
+                                    self.camera_rows(camera, seen, rho, view, &point, &mut rows, &mut own, place)?
+                                }
+                                Witness::Plane(plane) => self.plane_rows(
+                                    &state.planes[plane],
+                                    rho,
+                                    view,
+                                    &point,
+                                    &mut rows,
+                                    &mut own,
+                                    place,
+                                )?,
+                            };
+                            let pair = *self.pairs.get(&(batch.station, witness))?;
+                            let used = point.common + self.layout.witness_columns(witness).len() + 1;
+                            rows.iter().take(view.rows()).for_each(|r| grams[pair].row().copy_from_slice(&r[..used]));
                             residual
                         }
                     };
@@ -231,9 +273,9 @@ impl<'a> Problem<'a> {
             let columns = self.layout.common_columns(station);
             add(&mut h, &mut g, gram, &columns[..rig]);
         }
-        for ((station, camera), place) in &self.pairs {
+        for ((station, witness), place) in &self.pairs {
             let mut columns = self.layout.common_columns(*station);
-            columns.extend(self.layout.camera_columns(*camera));
+            columns.extend(self.layout.witness_columns(*witness));
             add(&mut h, &mut g, &mut grams[*place], &columns);
         }
         self.add_priors(state, &mut h, &mut g, &mut cost);
@@ -273,16 +315,16 @@ impl<'a> Problem<'a> {
     #[allow(clippy::too_many_arguments)]
     fn camera_rows(
         &self,
-        state: &State,
-        shot: usize,
+        camera: usize,
+        seen: &Camera,
+        rho: f64,
         view: &View,
         point: &ShotPoint,
         rows: &mut [[f64; ROW]; 2],
         own: &mut Own,
         place: usize,
     ) -> Option<(f64, f64)> {
-        let camera = view.camera?;
-        let p = state.cameras[camera].project_homogeneous(&point.xyz, state.locals[shot][0])?;
+        let p = seen.project_homogeneous(&point.xyz, rho)?;
         let (residual, squared, weight, w) = self.weigh(view, &p.pixel);
         let by_point = w * p.by_point;
         for (k, by) in point.by_common.iter().enumerate().take(point.common) {
@@ -302,6 +344,34 @@ impl<'a> Problem<'a> {
         let mut by_local = point.by_local.map(|by| by_point * by);
         by_local[0] += w * p.by_weight;
         own.add(&by_local, &residual, rows, &[(0, 0, point.common), (point.common, place, unknowns.len())]);
+        Some((squared, weight))
+    }
+
+    /// Whitened row of a plane, the second left empty: over the ray's columns, the plane's, then the
+    /// right-hand side.
+    #[allow(clippy::too_many_arguments)]
+    fn plane_rows(
+        &self,
+        plane: &Plane,
+        rho: f64,
+        view: &View,
+        point: &ShotPoint,
+        rows: &mut [[f64; ROW]; 2],
+        own: &mut Own,
+        place: usize,
+    ) -> Option<(f64, f64)> {
+        let hit = PlaneHit::of(plane, point, rho)?;
+        let (residual, squared, weight, w) = self.weigh(view, &Vector2::new(hit.distance, 0.0));
+        let row = &mut rows[0];
+        for (k, by) in point.by_common.iter().enumerate().take(point.common) {
+            row[k] = w.m11 * plane.normal.dot(by) / rho;
+        }
+        for (k, by) in hit.by_plane.iter().enumerate() {
+            row[point.common + k] = w.m11 * by;
+        }
+        row[point.common + PLANE] = residual.x;
+        let by_local = hit.by_local.map(|by| Vector2::new(w.m11 * by, 0.0));
+        own.add(&by_local, &residual, rows, &[(0, 0, point.common), (point.common, place, PLANE)]);
         Some((squared, weight))
     }
 
@@ -343,6 +413,27 @@ impl<'a> Problem<'a> {
     }
 }
 
+/// A shot's distance from a plane, metres, with its derivatives.
+pub(super) struct PlaneHit {
+    pub distance: f64,
+    by_plane: [f64; PLANE],
+    pub by_local: [f64; 3],
+}
+
+impl PlaneHit {
+    /// `None` for a shot at or beyond infinity.
+    pub fn of(plane: &Plane, point: &ShotPoint, rho: f64) -> Option<Self> {
+        let x = Some(point.xyz / rho).filter(|x| rho > 0.0 && x.iter().all(|v| v.is_finite()))?;
+        let [a, b] = plane.tangents();
+        let [depth, pan, tilt] = point.by_local;
+        Some(Self {
+            distance: plane.signed_distance(&x),
+            by_plane: [a.dot(&x), b.dot(&x), -1.0],
+            by_local: [depth - x, pan, tilt].map(|by| plane.normal.dot(&by) / rho),
+        })
+    }
+}
+
 /// A shot's point at a state, with its derivatives.
 pub(super) fn point(input: &Adjustment, layout: &Layout, state: &State, shot: usize) -> ShotPoint {
     let s = &input.shots()[shot];
@@ -371,17 +462,17 @@ pub(super) fn point(input: &Adjustment, layout: &Layout, state: &State, shot: us
     }
 }
 
-/// The columns that shots from a station to these cameras touch, and where each camera's begin.
+/// The columns that shots from a station with these witnesses touch, and where each one's begin.
 fn batch_columns(
     layout: &Layout,
     station: usize,
-    cameras: impl Iterator<Item = usize>,
-) -> (Vec<usize>, BTreeMap<usize, usize>) {
+    witnesses: impl Iterator<Item = Witness>,
+) -> (Vec<usize>, BTreeMap<Witness, usize>) {
     let mut columns = layout.common_columns(station);
     let mut places = BTreeMap::new();
-    for camera in cameras {
-        places.insert(camera, columns.len());
-        columns.extend(layout.camera_columns(camera));
+    for witness in witnesses {
+        places.insert(witness, columns.len());
+        columns.extend(layout.witness_columns(witness));
     }
     (columns, places)
 }
@@ -393,9 +484,14 @@ impl Layout {
         (0..self.rig.len()).chain(*first..first + free.len()).collect()
     }
 
-    pub fn camera_columns(&self, camera: usize) -> std::ops::Range<usize> {
-        let c = &self.cameras[camera];
-        c.first..c.first + c.freedom.count()
+    pub fn witness_columns(&self, witness: Witness) -> std::ops::Range<usize> {
+        match witness {
+            Witness::Camera(camera) => {
+                let c = &self.cameras[camera];
+                c.first..c.first + c.freedom.count()
+            }
+            Witness::Plane(plane) => self.planes[plane]..self.planes[plane] + PLANE,
+        }
     }
 }
 

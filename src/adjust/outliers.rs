@@ -3,13 +3,18 @@
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::layout::State;
-use super::linearise::Problem;
+use super::linearise::{PlaneHit, Problem, Witness};
 use crate::error::{Error, Result};
 
 /// Squared Mahalanobis distance beyond which a spot is an outlier: a chance of 1 in 1000.
 pub(super) const GATE: f64 = 13.8;
+/// The same for a distance from a plane, which is one number.
+const PLANE_GATE: f64 = 10.8;
 /// Median of chi-square with two degrees of freedom.
 const MEDIAN: f64 = 1.386_294_361_119_890_6;
+
+/// With one.
+const PLANE_MEDIAN: f64 = 0.454_936_423_119_572_8;
 
 /// A view's whitened residual with its derivatives by the shot's own unknowns.
 struct Prediction {
@@ -67,39 +72,61 @@ fn distance(own: &Prediction, information: &Matrix3<f64>, gradient: &Vector3<f64
 fn predict(problem: &Problem<'_>, state: &State, shot: usize, v: usize) -> Option<Prediction> {
     let view = &problem.views[v];
     let w = view.whitening;
-    let Some(camera) = view.camera else {
-        let spot = state.rig.spot_image(state.locals[shot][0])?;
-        let by_local = [w * spot.by_rho, Vector2::zeros(), Vector2::zeros()];
-        return Some(Prediction { residual: w * (view.pixel - spot.pixel), by_local });
-    };
-    let point = problem.point(state, shot);
-    let p = state.cameras[camera].project_homogeneous(&point.xyz, state.locals[shot][0])?;
-    let mut by_local = point.by_local.map(|by| w * (p.by_point * by));
-    by_local[0] += w * p.by_weight;
-    Some(Prediction { residual: w * (view.pixel - p.pixel), by_local })
+    let rho = state.locals[shot][0];
+    Some(match view.by {
+        None => {
+            let spot = state.rig.spot_image(rho)?;
+            let by_local = [w * spot.by_rho, Vector2::zeros(), Vector2::zeros()];
+            Prediction { residual: w * (view.pixel - spot.pixel), by_local }
+        }
+        Some(Witness::Camera(camera)) => {
+            let point = problem.point(state, shot);
+            let p = state.cameras[camera].project_homogeneous(&point.xyz, rho)?;
+            let mut by_local = point.by_local.map(|by| w * (p.by_point * by));
+            by_local[0] += w * p.by_weight;
+            Prediction { residual: w * (view.pixel - p.pixel), by_local }
+        }
+        Some(Witness::Plane(plane)) => {
+            let hit = PlaneHit::of(&state.planes[plane], &problem.point(state, shot), rho)?;
+            let residual = Vector2::new(-w.m11 * hit.distance, 0.0);
+            Prediction { residual, by_local: hit.by_local.map(|by| Vector2::new(w.m11 * by, 0.0)) }
+        }
+    })
 }
 
-/// Noise in units of the stated one from the median of the used views' distances, never below 1.
-pub(super) fn noise_factor(distances: &[f64], used: &[bool]) -> f64 {
-    let mut d: Vec<f64> = distances.iter().zip(used).filter(|(_, u)| **u).map(|(d, _)| *d).collect();
-    if d.is_empty() {
-        return 1.0;
-    }
-    let middle = d.len() / 2;
-    (*d.select_nth_unstable_by(middle, f64::total_cmp).1 / MEDIAN).sqrt().max(1.0)
+/// Noise in units of the stated one from the median of the used spots' distances, never below 1.
+pub(super) fn noise_factor(distances: &[f64], problem: &Problem<'_>, used: &[bool]) -> f64 {
+    let spots = problem.views.iter().zip(used).map(|(view, used)| *used && !view.is_plane());
+    let used = distances.iter().zip(spots).filter(|(_, u)| *u).map(|(d, _)| *d);
+    median(used).map_or(1.0, |m| (m / MEDIAN).sqrt().max(1.0))
+}
+
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 /// Views to use next: those within the gate, and of the shots with views beyond it all but the worst.
-pub(super) fn classify(distances: &[f64], problem: &Problem<'_>, used: &[bool], factor: f64) -> Vec<bool> {
-    let gate = GATE * factor * factor;
+///
+/// At `start` stations are where the planes' own fits put them, and shots miss a plane by that too.
+pub(super) fn classify(distances: &[f64], problem: &Problem<'_>, used: &[bool], factor: f64, start: bool) -> Vec<bool> {
+    let misses = || distances.iter().zip(&problem.views).filter(|(_, view)| view.is_plane()).map(|(d, _)| *d);
+    let start_factor = if start { median(misses()).map_or(1.0, |m| (m / PLANE_MEDIAN).sqrt()) } else { 1.0 };
+    let (spot_gate, plane_gate) =
+        (GATE * factor * factor, PLANE_GATE * factor.max(start_factor) * factor.max(start_factor));
+    let gate = |v: usize| if problem.views[v].is_plane() { plane_gate } else { spot_gate };
     let mut next: Vec<bool> = used.to_vec();
     for shot in 0..problem.input.shots().len() {
         let span = problem.span(shot);
         for v in span.clone() {
-            next[v] = used[v] || distances[v] <= gate;
+            next[v] = used[v] || distances[v] <= gate(v);
         }
-        let worst = span.filter(|v| used[*v]).max_by(|a, b| distances[*a].total_cmp(&distances[*b]));
-        if let Some(worst) = worst.filter(|w| distances[*w] > gate) {
+        // A spot was seen; that it lies on a plane was only said.
+        let rank = |v: &usize| (problem.views[*v].is_plane(), distances[*v]);
+        let beyond = span.filter(|v| used[*v] && distances[*v] > gate(*v));
+        let worst = beyond.max_by(|a, b| rank(a).0.cmp(&rank(b).0).then(rank(a).1.total_cmp(&rank(b).1)));
+        if let Some(worst) = worst {
             next[worst] = false;
         }
     }

@@ -1,5 +1,7 @@
 //! What goes into a joint adjustment.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{DMatrix, Matrix2, Vector2};
 
 use super::prior::Prior;
@@ -133,6 +135,9 @@ pub struct AdjustOptions {
     pub huber: f64,
     /// Refuse when a camera's focal length has a larger relative standard deviation.
     pub max_focal_deviation: f64,
+    /// Refuse when a free station's rotation is determined worse than this (radians), or its position
+    /// worse than this share of the median range of its shots.
+    pub max_station_deviation: f64,
     /// Seed of the consensus that starts each camera.
     pub seed: u64,
     pub max_iterations: usize,
@@ -146,6 +151,7 @@ impl Default for AdjustOptions {
             robust: true,
             huber: 3.0,
             max_focal_deviation: 0.1,
+            max_station_deviation: 0.1,
             seed: 1,
             max_iterations: 100,
             cancel: Cancel::new(),
@@ -161,6 +167,10 @@ pub struct Adjustment {
     stations: Vec<Station>,
     cameras: Vec<CameraSetup>,
     shots: Vec<Shot>,
+    /// Per plane, how far its surface strays from it: standard deviation, metres.
+    planes: Vec<f64>,
+    /// Shots that hit a plane, with the plane.
+    hits: BTreeMap<usize, usize>,
 }
 
 impl Adjustment {
@@ -169,7 +179,8 @@ impl Adjustment {
     pub fn new(rig: RigModel) -> Result<Self> {
         rig.validate()?;
         let rig_prior = Prior::fixed(RIG_PARAMETERS);
-        Ok(Self { rig, rig_prior, stations: Vec::new(), cameras: Vec::new(), shots: Vec::new() })
+        let (stations, cameras, shots, planes) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Ok(Self { rig, rig_prior, stations, cameras, shots, planes, hits: BTreeMap::new() })
     }
 
     /// How well the rig's parameters are known, in the order of [`RigParameter`].
@@ -318,6 +329,49 @@ impl Adjustment {
         Ok(())
     }
 
+    /// Adds a plane of the scene, whose place is found: walls that two stations hit tie them. `flatness`:
+    /// how far its surface strays from it, standard deviation in metres. Returns its index.
+    ///
+    /// # Errors
+    /// `InvalidArgument` unless flatness is from a micrometre to a metre.
+    pub fn add_plane(&mut self, flatness: f64) -> Result<usize> {
+        if !(1e-6..=1.0).contains(&flatness) {
+            return Err(Error::invalid("flatness", format!("{flatness} m is not from 1e-6 to 1")));
+        }
+        self.planes.push(flatness);
+        Ok(self.planes.len() - 1)
+    }
+
+    /// Says which plane a shot hit.
+    ///
+    /// # Errors
+    /// `InvalidArgument` for indices that do not exist and for a shot that hit one already.
+    pub fn set_plane(&mut self, shot: usize, plane: usize) -> Result<()> {
+        if shot >= self.shots.len() {
+            return Err(Error::invalid("shot", format!("{shot} of {}", self.shots.len())));
+        }
+        if plane >= self.planes.len() {
+            return Err(Error::invalid("plane", format!("shot {shot}: {plane} of {}", self.planes.len())));
+        }
+        if self.hits.contains_key(&shot) {
+            return Err(Error::invalid("plane", format!("shot {shot} hit one already")));
+        }
+        self.hits.insert(shot, plane);
+        Ok(())
+    }
+
+    /// Says which planes shots hit, all or none.
+    pub fn set_planes(&mut self, hits: impl IntoIterator<Item = (usize, usize)>) -> Result<()> {
+        let before = self.hits.clone();
+        for (shot, plane) in hits {
+            if let Err(e) = self.set_plane(shot, plane) {
+                self.hits = before;
+                return Err(e);
+            }
+        }
+        Ok(())
+    }
+
     pub fn rig(&self) -> &RigModel {
         &self.rig
     }
@@ -336,6 +390,16 @@ impl Adjustment {
 
     pub fn shots(&self) -> &[Shot] {
         &self.shots
+    }
+
+    /// The planes' flatness, metres.
+    pub fn planes(&self) -> &[f64] {
+        &self.planes
+    }
+
+    /// The plane that a shot hit, as far as it was said.
+    pub fn plane_of(&self, shot: usize) -> Option<usize> {
+        self.hits.get(&shot).copied()
     }
 }
 
@@ -357,6 +421,10 @@ pub(super) fn rig_name(i: usize) -> String {
 pub(super) fn station_name(station: usize, i: usize) -> String {
     let what = ["rotation x", "rotation y", "rotation z", "position x", "position y", "position z"];
     format!("station {station} {}", what.get(i).copied().unwrap_or_default())
+}
+
+pub(super) fn plane_name(plane: usize, i: usize) -> String {
+    format!("plane {plane} {}", ["tilt a", "tilt b", "distance"].get(i).copied().unwrap_or_default())
 }
 
 /// Parameter `i` of a camera with `coefficients` lens coefficients, compact order.

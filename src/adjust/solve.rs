@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 
 use super::adjusted::{Adjusted, Solution};
 use super::layout::{Layout, State};
-use super::linearise::{Problem, System};
+use super::linearise::{Problem, System, Witness};
 use super::problem::{AdjustOptions, Adjustment};
 use super::{outliers, start, weakness};
 use crate::calibrate::weakness::scaled;
@@ -41,8 +41,8 @@ pub fn adjust(input: &Adjustment, options: &AdjustOptions) -> Result<Adjusted> {
     for round in 0..MAX_ROUNDS {
         let distances = outliers::distances(&problem, &state, &used);
         if options.robust {
-            factor = outliers::noise_factor(&distances, &used);
-            let next = outliers::classify(&distances, &problem, &used, factor);
+            factor = outliers::noise_factor(&distances, &problem, &used);
+            let next = outliers::classify(&distances, &problem, &used, factor, round == 0);
             // Before the first solution all is provisional.
             if round > 0 && next == used {
                 break;
@@ -74,6 +74,9 @@ fn validate(options: &AdjustOptions) -> Result<()> {
     if options.max_focal_deviation.is_nan() || options.max_focal_deviation <= 0.0 {
         return Err(Error::invalid("max_focal_deviation", format!("{}", options.max_focal_deviation)));
     }
+    if options.max_station_deviation.is_nan() || options.max_station_deviation <= 0.0 {
+        return Err(Error::invalid("max_station_deviation", format!("{}", options.max_station_deviation)));
+    }
     if options.max_iterations == 0 {
         return Err(Error::invalid("max_iterations", "0"));
     }
@@ -99,7 +102,7 @@ fn demand_sightings(input: &Adjustment, layout: &Layout) -> Result<()> {
 fn demand_enough(problem: &Problem<'_>, used: &[bool]) -> Result<()> {
     let mut counts = vec![(0, 0); problem.input.cameras().len()];
     for (view, used) in problem.views.iter().zip(used) {
-        if let Some(camera) = view.camera {
+        if let Some(Witness::Camera(camera)) = view.by {
             counts[camera].0 += usize::from(*used);
             counts[camera].1 += 1;
         }

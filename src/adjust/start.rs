@@ -1,14 +1,21 @@
-//! The cold start: every camera from its own shots by the closed form, stations through the cameras
-//! that they share.
+//! The cold start: every camera from its own shots by the closed form, stations through the cameras and
+//! the planes that they share.
+
+use std::collections::BTreeMap;
 
 use super::layout::{State, options as camera_options};
 use super::problem::{AdjustOptions, Adjustment, CameraSetup};
 use crate::calibrate::{CalibrationOptions, Correspondences, Observation, calibrate_camera};
 use crate::error::{Error, Result};
-use crate::geometry::{Camera, InverseDepthPoint, RigModel, Rigid};
+use crate::geometry::{Camera, InverseDepthPoint, Plane, RigModel, Rigid};
+use crate::pose::plane_registration::{MatchedPlane, maximum_likelihood, plane_to_plane};
+use crate::pose::{PlaneEstimate, PlaneFitOptions, fit_plane_to_shots};
 
 /// Shots that a station and a camera must share before one places the other.
 const MIN_SHARED: usize = 6;
+
+/// Of the normals of planes that place a station: they leave a common plane by two degrees at least.
+const MAX_CONDITION: f64 = 1e3;
 
 /// Depths by the head camera where it saw the spot; `None` elsewhere.
 struct Depths(Vec<Option<InverseDepthPoint>>);
@@ -38,6 +45,62 @@ impl Depths {
     }
 }
 
+/// Every plane as each station measured it, in the station's frame.
+struct SeenPlanes(Vec<BTreeMap<usize, PlaneEstimate>>);
+
+impl SeenPlanes {
+    fn of(input: &Adjustment, depths: &Depths, options: &AdjustOptions) -> Self {
+        let mut shots: BTreeMap<(usize, usize), Vec<InverseDepthPoint>> = BTreeMap::new();
+        for (index, (shot, depth)) in input.shots().iter().zip(&depths.0).enumerate() {
+            if let (Some(plane), Some(depth)) = (input.plane_of(index), depth) {
+                shots.entry((plane, shot.station)).or_default().push(*depth);
+            }
+        }
+        let fit = PlaneFitOptions { robust: options.robust, seed: options.seed, ..PlaneFitOptions::default() };
+        let mut seen = vec![BTreeMap::new(); input.planes().len()];
+        for ((plane, station), shots) in shots {
+            // A station that hit one only in a few places, or on a line, has nothing to start from.
+            if let Ok(estimate) = fit_plane_to_shots(&shots, &fit) {
+                seen[plane].insert(station, estimate);
+            }
+        }
+        Self(seen)
+    }
+
+    /// The station's pose by the planes that it shares with one that is placed, the one with the most.
+    fn place_station(&self, station: usize, stations: &[Option<Rigid>]) -> Option<Rigid> {
+        let shared = |other: usize| -> Vec<MatchedPlane> {
+            let both = self.0.iter().filter_map(|seen| Some((seen.get(&other)?, seen.get(&station)?)));
+            both.map(|(a, b)| MatchedPlane { a: a.n, b: b.n, covariance_a: a.covariance, covariance_b: b.covariance })
+                .collect()
+        };
+        let placed = stations.iter().enumerate().filter_map(|(other, pose)| Some((shared(other), (*pose)?)));
+        let mut placed: Vec<_> = placed.filter(|(shared, _)| shared.len() >= 3).collect();
+        placed.sort_by_key(|(shared, _)| std::cmp::Reverse(shared.len()));
+        placed.iter().find_map(|(shared, pose)| {
+            let (relative, _) = plane_to_plane(shared).ok().filter(|(_, c)| *c < MAX_CONDITION)?;
+            // With their whole covariances, planes that are hit in a small patch do less harm.
+            let better = maximum_likelihood(shared, relative).unwrap_or(relative);
+            Some(pose.after(&better))
+        })
+    }
+
+    fn in_world(&self, stations: &[Rigid]) -> Result<Vec<Plane>> {
+        let plane = |(index, seen): (usize, &BTreeMap<usize, PlaneEstimate>)| {
+            // The station that knows it best.
+            let unsure = |e: &PlaneEstimate| e.covariance.trace() / e.n.norm_squared();
+            let best = seen.iter().min_by(|(_, a), (_, b)| unsure(a).total_cmp(&unsure(b)));
+            let (station, estimate) = best.ok_or_else(|| Error::BadState {
+                reason: format!(
+                    "plane {index} was hit from no station by three shots with a depth, in three directions"
+                ),
+            })?;
+            Ok(estimate.plane().transform(&stations[*station]))
+        };
+        self.0.iter().enumerate().map(plane).collect()
+    }
+}
+
 /// First values of all unknowns.
 ///
 /// # Errors
@@ -47,6 +110,7 @@ pub(super) fn start(input: &Adjustment, options: &AdjustOptions) -> Result<State
     let depths = Depths::of(input);
     let mut stations: Vec<Option<Rigid>> = input.stations().iter().map(|s| s.pose).collect();
     let mut cameras: Vec<Option<Camera>> = vec![None; input.cameras().len()];
+    let planes = SeenPlanes::of(input, &depths, options);
     loop {
         options.cancel.check()?;
         let mut failure = None;
@@ -61,21 +125,27 @@ pub(super) fn start(input: &Adjustment, options: &AdjustOptions) -> Result<State
                 Err(e) => failure = failure.or_else(|| Some(Error::in_camera(index, e))),
             }
         }
-        for (index, station) in stations.iter_mut().enumerate().filter(|(_, s)| s.is_none()) {
-            *station = place_station(input, index, &depths, &cameras, options)?;
-            progress |= station.is_some();
+        for index in 0..stations.len() {
+            if stations[index].is_none() {
+                stations[index] = match place_station(input, index, &depths, &cameras, options)? {
+                    None => planes.place_station(index, &stations),
+                    found => found,
+                };
+                progress |= stations[index].is_some();
+            }
         }
         let known = |found: &[Option<Camera>]| found.iter().copied().collect::<Option<Vec<_>>>();
         if let (Some(cameras), Some(stations)) = (known(&cameras), stations.iter().copied().collect::<Option<Vec<_>>>())
         {
-            let locals = first_locals(&depths);
-            return Ok(State { rig: *input.rig(), stations, cameras, locals });
+            let (locals, planes) = (first_locals(&depths), planes.in_world(&stations)?);
+            return Ok(State { rig: *input.rig(), stations, cameras, planes, locals });
         }
         if !progress {
             let lost = stations.iter().position(Option::is_none).unwrap_or(0);
             return Err(failure.unwrap_or_else(|| Error::BadState {
                 reason: format!(
-                    "station {lost} shares no camera that {MIN_SHARED} of its shots are seen by; give its pose"
+                    "station {lost} shares neither a camera that {MIN_SHARED} of its shots are seen by nor three \
+                     planes across each other; give its pose"
                 ),
             }));
         }

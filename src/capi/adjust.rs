@@ -41,12 +41,16 @@ pub struct ptzcal_adjust_options {
     /// Largest standard deviation over focal length of a camera, positive: above it the answer is
     /// refused (PTZCAL_STATUS_DEGENERATE); the default is 0.1; INFINITY takes whatever was found.
     pub max_focal_deviation: f64,
+    /// Refuse (PTZCAL_STATUS_DEGENERATE, with the direction) when a station that is not fixed is
+    /// determined worse than this: its rotation in radians, its position as a share of the median range
+    /// of its shots; positive; the default is 0.1; INFINITY takes whatever was found.
+    pub max_station_deviation: f64,
 }
 
 // SAFETY: numbers, `struct_size` first.
 unsafe impl SizedStruct for ptzcal_adjust_options {
     const NAME: &'static str = "options";
-    const FIRST_SIZE: usize = 16 + 5 * 8;
+    const FIRST_SIZE: usize = 16 + 6 * 8;
     fn initial() -> Self {
         let o = AdjustOptions::default();
         Self {
@@ -59,6 +63,7 @@ unsafe impl SizedStruct for ptzcal_adjust_options {
             pointing_sigma_tilt: o.pointing_sigma[1],
             huber: o.huber,
             max_focal_deviation: o.max_focal_deviation,
+            max_station_deviation: o.max_station_deviation,
         }
     }
 }
@@ -79,6 +84,7 @@ impl TryFrom<ptzcal_adjust_options> for AdjustOptions {
             robust,
             huber: o.huber,
             max_focal_deviation: o.max_focal_deviation,
+            max_station_deviation: o.max_station_deviation,
             seed: o.seed,
             max_iterations: o.max_iterations as usize,
             ..Self::default()
@@ -112,7 +118,8 @@ pub unsafe extern "C" fn ptzcal_adjust_options_init(options: *mut ptzcal_adjust_
 ///         ptzcal_calibrate_camera (index: the camera that cannot be calibrated);
 ///         PTZCAL_STATUS_DEGENERATE (the message names what trades off and what to add);
 ///         PTZCAL_STATUS_BAD_STATE when nothing is free, or for an unknown station that shares no
-///         camera with the others; PTZCAL_STATUS_BEHIND_CAMERA (index: the shot) when robust is 0;
+///         camera and no three planes with the others; PTZCAL_STATUS_BEHIND_CAMERA (index: the shot)
+///         when robust is 0;
 ///         PTZCAL_STATUS_NO_CONSENSUS; PTZCAL_STATUS_NO_CONVERGENCE; PTZCAL_STATUS_LENS_NOT_MONOTONE;
 ///         PTZCAL_STATUS_CANCELLED; PTZCAL_STATUS_BUSY.
 ///

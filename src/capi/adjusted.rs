@@ -100,12 +100,14 @@ pub struct ptzcal_adjusted_summary {
     pub noise_factor: f64,
     /// Condition number of the normal equations, scaled to unit diagonal; 1 is perfect.
     pub condition: f64,
+    /// Planes.
+    pub planes: u64,
 }
 
 // SAFETY: numbers, `struct_size` first.
 unsafe impl SizedStruct for ptzcal_adjusted_summary {
     const NAME: &'static str = "summary";
-    const FIRST_SIZE: usize = 8 + 14 * 8;
+    const FIRST_SIZE: usize = 8 + 15 * 8;
     fn initial() -> Self {
         Self {
             struct_size: size_of::<Self>() as u32,
@@ -124,6 +126,7 @@ unsafe impl SizedStruct for ptzcal_adjusted_summary {
             probability: 0.0,
             noise_factor: 0.0,
             condition: 0.0,
+            planes: 0,
         }
     }
 }
@@ -155,6 +158,7 @@ impl From<&ptzcal_adjusted> for ptzcal_adjusted_summary {
             probability: a.check.probability,
             noise_factor: a.noise_factor,
             condition: answer.condition,
+            planes: a.planes.len() as u64,
         }
     }
 }
@@ -300,8 +304,9 @@ pub unsafe extern "C" fn ptzcal_adjusted_get_calibration(
 
 /// The covariance of all parameters: p x p numbers, row-major, symmetric, p = the summary's
 /// `parameters`. Their order: PTZCAL_RIG_PARAMETERS of the rig (ptzcal_rig_parameter); six of every
-/// station (as ptzcal_adjustment_add_station takes them); then those of every camera (as
-/// ptzcal_calibration_copy_covariance has them). Rows and columns of fixed parameters are 0.
+/// station (as ptzcal_adjustment_add_station takes them); those of every camera (as
+/// ptzcal_calibration_copy_covariance has them); then three of every plane, of which
+/// ptzcal_adjusted_get_plane says more. Rows and columns of fixed parameters are 0.
 ///
 /// @param adjusted The answer.
 /// @param buffer   Receives the numbers; may be NULL when capacity is 0.

@@ -31,6 +31,7 @@ pub mod adjusted;
 pub mod adjusted_check;
 pub mod adjusted_points;
 pub mod adjustment;
+pub mod adjustment_planes;
 pub mod adjustment_shots;
 pub mod angle_learning;
 pub mod angle_map;

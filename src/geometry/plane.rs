@@ -53,6 +53,12 @@ impl Plane {
         Line3::new(point, cross)
     }
 
+    /// Two unit vectors along the plane, at right angles to each other and to the normal.
+    pub fn tangents(&self) -> [Vector3<f64>; 2] {
+        let first = self.normal.cross(&Vector3::ith(self.normal.iamin(), 1.0)).normalize();
+        [first, self.normal.cross(&first)]
+    }
+
     /// The same plane in another frame, x' = T(x).
     pub fn transform(&self, transform: &Rigid) -> Self {
         let normal = transform.rotation * self.normal;

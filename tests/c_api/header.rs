@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 55] = [
+const TOPICS: [&str; 56] = [
     "version",
     "status",
     "error",
@@ -61,6 +61,7 @@ const TOPICS: [&str; 55] = [
     "adjusted",
     "adjusted_check",
     "adjusted_points",
+    "adjustment_planes",
     "adjust",
     "file",
 ];

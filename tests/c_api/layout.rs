@@ -101,10 +101,10 @@ fn rust() -> String {
     layout!(out, ptzcal_scan_summary: struct_size complete positions shots resumed found fixed_cameras
         journal_damaged journal_cut);
     layout!(out, ptzcal_adjusted_summary: struct_size iterations parameters stations cameras shots spots
-        used warnings suspects prior_only degrees_of_freedom chi2 probability noise_factor condition);
+        used warnings suspects prior_only degrees_of_freedom chi2 probability noise_factor condition planes);
     layout!(out, ptzcal_suspect: struct_size parameters gain probability);
     layout!(out, ptzcal_adjust_options: struct_size robust max_iterations reserved seed
-        pointing_sigma_pan pointing_sigma_tilt huber max_focal_deviation);
+        pointing_sigma_pan pointing_sigma_tilt huber max_focal_deviation max_station_deviation);
     out
 }
 

@@ -77,6 +77,7 @@ HEAD_CAMERA = 4294967295
 """The number of the head camera where a camera is asked for."""
 
 NO_CAMERA = 4294967294
+NO_PLANE = 4294967295
 
 
 # What parameters are. Arrays come as addresses, structs and places for results by byref().
@@ -667,6 +668,12 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_adjusted_shot_point": (_status, _handle, c_size_t, _array, _array, _error_out),
     "ptzcal_adjusted_measure": (
         _status, _handle, c_uint32, _array, _array, _array, c_size_t, _array, _array, _error_out,
+    ),
+    "ptzcal_adjustment_add_plane": (_status, _handle, c_double, _uint32_out, _error_out),
+    "ptzcal_adjustment_set_planes": (_status, _handle, c_size_t, _array, c_size_t, _error_out),
+    "ptzcal_adjusted_get_plane": (_status, _handle, c_uint32, _array, _array, _error_out),
+    "ptzcal_adjusted_copy_plane_inliers": (
+        _status, _handle, _array, c_size_t, _size_out, _error_out,
     ),
     # Files.
     "ptzcal_calibration_save": (_status, _handle, c_char_p, _error_out),

@@ -506,6 +506,7 @@ class ptzcal_adjusted_summary(Structure):
         ("probability", c_double),
         ("noise_factor", c_double),
         ("condition", c_double),
+        ("planes", c_uint64),
     ]
 
 
@@ -529,6 +530,7 @@ class ptzcal_adjust_options(Structure):
         ("pointing_sigma_tilt", c_double),
         ("huber", c_double),
         ("max_focal_deviation", c_double),
+        ("max_station_deviation", c_double),
     ]
 
 

@@ -20,7 +20,7 @@ from ._arrays import (
     unsigned,
     vector,
 )
-from ._native import NO_CAMERA, Handle, call, lib
+from ._native import NO_CAMERA, NO_PLANE, Handle, call, lib
 from .calibrate import Calibration, chosen_options
 from .camera import Camera, DistortionModel
 from .cancel import Cancel, pointer_of
@@ -244,6 +244,25 @@ class Adjustment(Handle):
             array.size,
         )
 
+    def add_plane(self, flatness: float = 0.002) -> int:
+        """Adds a plane of the scene, whose place is found, and returns its index.
+
+        flatness: how far its surface strays from it, standard deviation, metres.
+        """
+        return self._add(lib.ptzcal_adjustment_add_plane, flatness)
+
+    def set_planes(self, first: int, planes: Sequence[Optional[int]]) -> None:
+        """Says which plane each shot from `first` on hit; None: none."""
+        chosen = [NO_PLANE if p is None else unsigned(p, "planes") for p in planes]
+        array = np.array(chosen, dtype=np.uint32)
+        call(
+            lib.ptzcal_adjustment_set_planes,
+            self._pointer,
+            unsigned(first, "first", 64),
+            address_of(array),
+            array.size,
+        )
+
     def solve(
         self,
         *,
@@ -251,6 +270,7 @@ class Adjustment(Handle):
         robust: Optional[bool] = None,
         huber: Optional[float] = None,
         max_focal_deviation: Optional[float] = None,
+        max_station_deviation: Optional[float] = None,
         seed: Optional[int] = None,
         max_iterations: Optional[int] = None,
         cancel: Optional[Cancel] = None,
@@ -261,10 +281,12 @@ class Adjustment(Handle):
         tilt are from their readings, from shot to shot, radians. robust: set outliers aside (True).
         huber: longer residuals count linearly (3 standard deviations; inf: least squares).
         max_focal_deviation: greatest relative deviation of a focal length (0.1).
+        max_station_deviation: greatest deviation of a free station's rotation, radians, and of its
+        position as a share of its shots' median range (0.1).
 
         Raises Error TOO_FEW_POINTS and the like with the camera's index, DEGENERATE (the message
-        says what trades off and what to add), BAD_STATE for a station that shares no camera;
-        Cancelled.
+        says what trades off and what to add), BAD_STATE for a station that shares neither
+        a camera nor three planes; Cancelled.
         """
         options = _native.initial(_structs.ptzcal_adjust_options)
         options.pointing_sigma_pan, options.pointing_sigma_tilt = pointing_sigma
@@ -274,6 +296,8 @@ class Adjustment(Handle):
             options.huber = huber
         if max_focal_deviation is not None:
             options.max_focal_deviation = max_focal_deviation
+        if max_station_deviation is not None:
+            options.max_station_deviation = max_station_deviation
         if seed is not None:
             options.seed = unsigned(seed, "seed", 64)
         if max_iterations is not None:
@@ -374,6 +398,23 @@ class Adjusted(Handle):
         """Whose spot in the head camera was used, (shots,) bool."""
         flags = np.empty(self.shots, np.uint8)
         return self._copied(lib.ptzcal_adjusted_copy_head_inliers, flags).view(bool)
+
+    @cached_property
+    def planes(self) -> Tuple[Tuple[np.ndarray, np.ndarray], ...]:
+        """Each plane normal . X = distance, (4,), in metres, with its covariance (4, 4)."""
+        return tuple(self._plane(i) for i in range(self._summary.planes))
+
+    def _plane(self, index: int) -> Tuple[np.ndarray, np.ndarray]:
+        values, covariance = np.empty(4), np.empty((4, 4))
+        places = address_of(values), address_of(covariance)
+        call(lib.ptzcal_adjusted_get_plane, self._pointer, index, *places)
+        return values, covariance
+
+    @cached_property
+    def plane_inliers(self) -> np.ndarray:
+        """Which shots hit the plane they were said to hit, (shots,) bool."""
+        flags = np.empty(self.shots, np.uint8)
+        return self._copied(lib.ptzcal_adjusted_copy_plane_inliers, flags).view(bool)
 
     def shot_point(self, shot: int) -> Optional[Tuple[np.ndarray, np.ndarray]]:
         """Where a shot hit, by all who saw it: (3,) of the world, metres, and covariance (3, 3).

@@ -228,6 +228,47 @@ class Priors(TestCase):
         )
 
 
+class Planes(TestCase):
+    def test_walls_tie_stations(self):
+        walls = np.array([[0, 0, 1, 4], [0.6, 0, 0.8, 2.6], [0, 0.6, 0.8, 2.2], [0, -0.8, 0.6, 2.5]])
+        rng = np.random.default_rng(3)
+        adjustment = ptzcal.Adjustment(rig_model())
+        adjustment.add_station(*WORLD)
+        adjustment.add_station()
+        for _ in walls:
+            adjustment.add_plane(0.001)
+        for station, (R, t) in enumerate((WORLD, SECOND)):
+            pan_tilt = rng.uniform([-0.3, -0.25], [0.3, 0.25], (240, 2))
+            near, _ = shots(rig_model(), pan_tilt, np.full(240, 1.0))
+            far, _ = shots(rig_model(), pan_tilt, np.full(240, 2.0))
+            near, far = near @ R.T + t, far @ R.T + t
+            chosen = np.arange(240) % len(walls)
+            normal, distance = walls[chosen, :3], walls[chosen, 3]
+            share = (distance - (normal * near).sum(1)) / (normal * (far - near)).sum(1)
+            _, spots = shots(rig_model(), pan_tilt, 1.0 + share)
+            spots += rng.normal(0, NOISE, spots.shape)
+            added = adjustment.add_shots(station, pan_tilt, spots, spot_covariance=NOISY)
+            named = [None if i == 7 else int(plane) for i, plane in enumerate(chosen)]
+            adjustment.set_planes(added[0], named)
+        result = adjustment.solve()
+        second = result.stations[1]
+        sigma = np.sqrt(np.diagonal(second.covariance))
+        self.assertTrue((np.abs(second.t - SECOND[1]) < 4.5 * sigma[3:]).all())
+        self.assertLess(sigma[3:].max(), 0.1)
+        for (found, covariance), wall in zip(result.planes, walls):
+            side = np.sign(found[3])
+            deviation = np.sqrt(np.diagonal(covariance))
+            self.assertTrue((np.abs(side * found - wall) < 4.5 * deviation + 1e-9).all())
+        self.assertFalse(result.plane_inliers[7])
+        self.assertGreater(result.plane_inliers.mean(), 0.98)
+        with self.assertRaises(ptzcal.Error):
+            adjustment.set_planes(0, [0])
+        with self.assertRaises(ptzcal.Error):
+            adjustment.add_plane(0.0)
+        with self.assertRaises(ptzcal.Error):
+            adjustment.solve(max_station_deviation=1e-6)
+
+
 class Refusals(TestCase):
     def test_what_cannot_be_told(self):
         empty = ptzcal.Adjustment(rig_model())
