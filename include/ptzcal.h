@@ -4501,6 +4501,524 @@ ptzcal_status ptzcal_pose_estimate_copy_covariance(const ptzcal_pose_estimate *e
                                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+ * Planes of scans
+ *
+ * The planes that a station sees (walls, floor, ceiling, faces of furniture), found in points, in laser
+ * shots or in depths, or fitted to regions that you name; each with its covariance, where it was
+ * measured, and which measurements belong to it. Two stations' planes give the pose between them:
+ * ptzcal_register_stations.
+ *
+ * A plane is n . X = 1 in the station's frame: n is the unit normal, away from the station, over the
+ * distance. A plane through the station itself cannot be seen from it and is left out.
+ * ============================================================================================= */
+
+/** The planes of one station. Immutable: any number of threads may read it. */
+typedef struct ptzcal_planes ptzcal_planes;
+
+/** How planes are found. */
+typedef struct ptzcal_planes_options {
+  /** Set by ptzcal_planes_options_init. */
+  uint32_t struct_size;
+  /** Least number of measurements that make a plane, 4 or more. */
+  uint32_t min_points;
+  /** Most planes, 1 to 1000. */
+  uint32_t max_planes;
+  /** 0. */
+  uint32_t reserved;
+  /** Seed of the search: the same input and seed give the same planes. */
+  uint64_t seed;
+  /** Standard deviations within which a measurement belongs to a plane. */
+  double threshold;
+  /**
+   * Standard deviation of real surfaces from planes, metres; added to that of the measurements. State
+   * systematic errors of the instrument here too.
+   */
+  double flatness;
+  /** Least share of the measurements that make a plane, 0 to 1. */
+  double min_share;
+  /** What is nearer to the station is left out (its own parts), metres. */
+  double min_range;
+  /** What is farther is left out, metres; may be infinite. */
+  double max_range;
+} ptzcal_planes_options;
+
+/** One plane of a station. */
+typedef struct ptzcal_plane {
+  /** Set by ptzcal_plane_init. */
+  uint32_t struct_size;
+  /** Measurements that belong to it. */
+  uint32_t count;
+  /** n . X = 1: the unit normal, away from the station, over the distance, 1 / m. */
+  double n[3];
+  /** Of n, row-major, 1 / m^2. Larger than that of independent noise where the surface is not even. */
+  double covariance[9];
+  /** Middle of its measurements, on the plane, metres. */
+  double centre[3];
+  /** Two unit vectors in the plane, one after the other, that of the larger extent first. */
+  double axes[6];
+  /**
+   * How far the measurements reach along the first axis, from where to where as seen from the centre,
+   * and along the second, metres; one in a hundred lies beyond each end.
+   */
+  double extent[4];
+  /** What of it is covered by measurements, m^2. */
+  double area;
+  /** Root mean square distance of the measurements from it, metres. */
+  double rms;
+  /** Root of chi-square over its degrees of freedom: about 1 when the stated noise was right. */
+  double noise_factor;
+} ptzcal_plane;
+
+/**
+ * Sets up options: three standard deviations, surfaces flat to 5 mm, planes of 0.3 % of the measurements
+ * and of 25 at least, at any distance.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_options_init(ptzcal_planes_options *options,
+                                         size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds the planes of a cloud of points, in the frame of the station that measured them.
+ *
+ * @param xyz     n x 3 numbers: points, metres; they may be infinite or NaN: those are passed over.
+ * @param n       Number of points.
+ * @param sigma   Standard deviation of the points in each direction, metres; 0: estimated from
+ *                neighbours.
+ * @param options The options; may be NULL: the defaults.
+ * @param planes  Receives the planes; free them with ptzcal_planes_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NOT_FOUND when there is no plane;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_DEGENERATE
+ *         when sigma cannot be estimated.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_find_points(const double *xyz,
+                                        size_t n,
+                                        double sigma,
+                                        const ptzcal_planes_options *options,
+                                        ptzcal_planes **planes,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds the planes of laser shots, in the rig's frame. Spots at or beyond infinity are passed over.
+ *
+ * @param model           The rig model.
+ * @param pan_tilt        n x 2 numbers: readings at each shot, radians.
+ * @param spots           n x 2 numbers: the spot's pixel in the head camera.
+ * @param spot_covariance n x 3 numbers: xx, xy, yy, px^2; may be NULL: 1 px, uncorrelated.
+ * @param n               Number of shots.
+ * @param options         The options; may be NULL: the defaults.
+ * @param planes          Receives the planes; free them with ptzcal_planes_free.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NOT_FOUND when there is no plane;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_find_shots(const ptzcal_rig_model *model,
+                                       const double *pan_tilt,
+                                       const double *spots,
+                                       const double *spot_covariance,
+                                       size_t n,
+                                       const ptzcal_planes_options *options,
+                                       ptzcal_planes **planes,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds the planes of a depth map, in the camera's frame. The camera's pose plays no part. The labels
+ * (ptzcal_planes_copy_labels) are the pixels', row by row.
+ *
+ * @param map                 The depths.
+ * @param camera              The camera that they are of.
+ * @param inverse_depth_sigma Standard deviation of inverse depths, 1/m: for cameras that triangulate.
+ * @param depth_sigma         Standard deviation of depths besides, metres.
+ * @param options             The options; may be NULL: the defaults.
+ * @param planes              Receives the planes; free them with ptzcal_planes_free.
+ * @param error               Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NOT_FOUND when there is no plane;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_find_depths(const ptzcal_depth_map *map,
+                                        const ptzcal_camera *camera,
+                                        double inverse_depth_sigma,
+                                        double depth_sigma,
+                                        const ptzcal_planes_options *options,
+                                        ptzcal_planes **planes,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Fits one plane to each region of a cloud of points, in the order of the regions. Up to half of a
+ * region may be something else.
+ *
+ * @param xyz     n x 3 numbers: points, metres; they may be infinite or NaN: those are passed over.
+ * @param n       Number of points.
+ * @param sigma   Standard deviation of the points in each direction, metres; 0: estimated from how far
+ *                they are from their planes.
+ * @param region_of n numbers: the region of each point, from 0; -1: of none.
+ * @param regions Number of regions, 1 to 1000.
+ * @param options The options; may be NULL: the defaults.
+ * @param planes  Receives the planes; free them with ptzcal_planes_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NO_CONSENSUS when half of a region
+ *         is on no plane; PTZCAL_STATUS_DEGENERATE for a region on one line or a plane through the
+ *         station; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE. The error's index is the
+ *         region's number.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_fit_points(const double *xyz,
+                                       size_t n,
+                                       double sigma,
+                                       const int32_t *region_of,
+                                       uint32_t regions,
+                                       const ptzcal_planes_options *options,
+                                       ptzcal_planes **planes,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Fits one plane to each region of laser shots, in the order of the regions. Up to half of a region may
+ * be something else.
+ *
+ * @param model           The rig model.
+ * @param pan_tilt        n x 2 numbers: readings at each shot, radians.
+ * @param spots           n x 2 numbers: the spot's pixel in the head camera.
+ * @param spot_covariance n x 3 numbers: xx, xy, yy, px^2; may be NULL: 1 px, uncorrelated.
+ * @param n               Number of shots.
+ * @param region_of       n numbers: the region of each shot, from 0; -1: of none.
+ * @param regions         Number of regions, 1 to 1000.
+ * @param options         The options; may be NULL: the defaults.
+ * @param planes          Receives the planes; free them with ptzcal_planes_free.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NO_CONSENSUS when half of a region
+ *         is on no plane; PTZCAL_STATUS_DEGENERATE for a region on one line or a plane through the
+ *         station; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE. The error's index is the
+ *         region's number.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_fit_shots(const ptzcal_rig_model *model,
+                                      const double *pan_tilt,
+                                      const double *spots,
+                                      const double *spot_covariance,
+                                      size_t n,
+                                      const int32_t *region_of,
+                                      uint32_t regions,
+                                      const ptzcal_planes_options *options,
+                                      ptzcal_planes **planes,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees planes.
+ *
+ * @param planes The planes; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_planes_free(ptzcal_planes *planes) PTZCAL_NOEXCEPT;
+
+/**
+ * How many planes there are.
+ *
+ * @param planes The planes.
+ * @param count  Receives their number.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_count(const ptzcal_planes *planes,
+                                  uint32_t *count,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a plane: all zero.
+ *
+ * @param plane The struct.
+ * @param size  sizeof *plane.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_plane_init(ptzcal_plane *plane, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * One plane: those that were found come the most significant first, those of regions in their order.
+ *
+ * @param planes The planes.
+ * @param index  Which one, from 0.
+ * @param plane  Receives the plane; set up by ptzcal_plane_init.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for an index that is none.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_get(const ptzcal_planes *planes,
+                                uint32_t index,
+                                ptzcal_plane *plane,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the plane of each measurement (point, shot or pixel) that was handed in: its number, or -1.
+ *
+ * @param planes   The planes.
+ * @param buffer   Receives the numbers; may be NULL when capacity is 0.
+ * @param capacity Numbers that fit.
+ * @param needed   Receives the number of measurements; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: nothing was copied.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_copy_labels(const ptzcal_planes *planes,
+                                        int32_t *buffer,
+                                        size_t capacity,
+                                        size_t *needed,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The standard deviation of the points, metres: as stated, or as estimated; 0 for shots and depths,
+ * which have each their own.
+ *
+ * @param planes The planes.
+ * @param sigma  Receives the standard deviation.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_sigma(const ptzcal_planes *planes,
+                                  double *sigma,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Poses between stations by planes
+ *
+ * The pose of one station in another's frame from the planes that both saw, without being told which
+ * are the same. Poses that bring planes together are judged by what the stations saw: a surface of one
+ * must not lie where the other saw through. What is ambiguous (an empty room, turned by half a turn, looks
+ * like itself), or what nothing confirms, is refused and never guessed; a rough pose as prior settles it.
+ * What the planes leave free (parallel walls, a corridor) is refused with directions in the message.
+ * ============================================================================================= */
+
+/**
+ * A pose between two stations, and the planes that it is from. Immutable: any number of threads may
+ * read it.
+ */
+typedef struct ptzcal_registration ptzcal_registration;
+
+/** How two stations are registered. */
+typedef struct ptzcal_station_options {
+  /** Set by ptzcal_station_options_init. */
+  uint32_t struct_size;
+  /** 1: only poses within three standard deviations of the prior are considered; 0: all. */
+  uint32_t has_prior;
+  /** Planes are the same that, registered, differ by no more than this angle, radians, to 0.3. */
+  double max_angle;
+  /** And by no more than this in their distance, metres. */
+  double max_distance;
+  /** Of the places that both stations saw, the least share where both saw a surface, 0 to 1. */
+  double min_agreement;
+  /** Another pose that scores this share of the best one's score makes it ambiguous, 0 to 1. */
+  double max_runner_up;
+  /** R of the prior, row-major, in X_a = R X_b + t. */
+  double prior_rotation[9];
+  /** t of the prior, metres. */
+  double prior_translation[3];
+  /** Standard deviation of the angle by which the prior may be off, radians. */
+  double prior_rotation_sigma;
+  /** Standard deviation of the distance by which its position may be off, metres. */
+  double prior_position_sigma;
+} ptzcal_station_options;
+
+/** The pose of station b in station a's frame, from planes. */
+typedef struct ptzcal_station_pose {
+  /** Set by ptzcal_station_pose_init. */
+  uint32_t struct_size;
+  /** Pairs of planes that are the same. */
+  uint32_t matches;
+  /** R, row-major, in X_a = R X_b + t. */
+  double rotation[9];
+  /** t, metres: the position of station b in station a's frame. */
+  double translation[3];
+  /**
+   * 6 x 6, row-major: of the rotation vector w in R <- exp([w]x) R (radians, axes of station a) and of
+   * the translation (metres). Larger where the planes' differences contradict their covariances.
+   */
+  double covariance[36];
+  /** Sum of squares of the planes' differences, in their standard deviations. */
+  double chi2;
+  /** Three for each pair of planes, less six. */
+  double degrees_of_freedom;
+  /** How much better the best-determined direction is than the worst; 1 at best. */
+  double condition;
+  /** Of the places that both stations saw, the share where both saw a surface. */
+  double agreement;
+  /** The score of the best other pose, relative to this one's; 0 where there is none. */
+  double runner_up;
+} ptzcal_station_pose;
+
+/**
+ * Sets up options: planes within 4 degrees and 0.1 m are the same, 93 % of the places agree, no prior.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_station_options_init(ptzcal_station_options *options,
+                                          size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds the pose between two stations from the planes that both saw. Any number of other planes, and of
+ * parallel ones, may be among them.
+ *
+ * @param station_a The first station's planes.
+ * @param station_b The second station's, in any order.
+ * @param options   The options; may be NULL: the defaults.
+ * @param result    Receives the registration; free it with ptzcal_registration_free.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_DEGENERATE for planes that leave a part of the pose
+ *         unobservable (the message says which, with directions in station a's or b's frame);
+ *         PTZCAL_STATUS_NOT_FOUND when no pose brings three planes in three directions together and
+ *         agrees with what the stations saw; PTZCAL_STATUS_AMBIGUOUS when another pose agrees as well,
+ *         or when nothing confirms the only one; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_register_stations(const ptzcal_planes *station_a,
+                                       const ptzcal_planes *station_b,
+                                       const ptzcal_station_options *options,
+                                       ptzcal_registration **result,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The pose between two stations from planes that are known to be the same.
+ *
+ * @param station_a The first station's planes.
+ * @param station_b The second station's.
+ * @param pairs     n x 2 numbers: a plane of station a, and the same one of station b.
+ * @param n         Number of pairs, at least 3.
+ * @param result    Receives the registration; free it with ptzcal_registration_free.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_DEGENERATE for planes that leave a part of the pose
+ *         unobservable (the message says which); PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_register_matched_planes(const ptzcal_planes *station_a,
+                                             const ptzcal_planes *station_b,
+                                             const uint32_t *pairs,
+                                             size_t n,
+                                             ptzcal_registration **result,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a registration.
+ *
+ * @param registration The registration; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_registration_free(ptzcal_registration *registration) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a pose: the identity.
+ *
+ * @param pose The struct.
+ * @param size sizeof *pose.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_station_pose_init(ptzcal_station_pose *pose,
+                                       size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * The pose.
+ *
+ * @param registration The registration.
+ * @param pose         Receives the pose; set up by ptzcal_station_pose_init.
+ * @param error        Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_registration_get(const ptzcal_registration *registration,
+                                      ptzcal_station_pose *pose,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the pairs of planes that are the same: of each pair the number in station a, then in station b.
+ *
+ * @param registration The registration.
+ * @param buffer       Receives 2 numbers for each pair; may be NULL when capacity is 0.
+ * @param capacity     Numbers that fit.
+ * @param needed       Receives twice the number of pairs; may be NULL.
+ * @param error        Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: nothing was copied.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_registration_copy_matches(const ptzcal_registration *registration,
+                                               uint32_t *buffer,
+                                               size_t capacity,
+                                               size_t *needed,
+                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes the roof edges where the matched planes meet, the same ones in the same order for both stations:
+ * for ptzcal_estimate_pose_roof_edges.
+ *
+ * @param registration The registration.
+ * @param station_a    The planes that it was made from.
+ * @param station_b    Those of the other station.
+ * @param min_angle    Planes that meet at less than this make no edge, radians, 0 to pi/2.
+ * @param edges_a      Receives station a's edges; free them with ptzcal_roof_edges_free.
+ * @param edges_b      Receives station b's edges; free them with ptzcal_roof_edges_free.
+ * @param error        Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT, also for planes of another registration.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_registration_roof_edges(const ptzcal_registration *registration,
+                                             const ptzcal_planes *station_a,
+                                             const ptzcal_planes *station_b,
+                                             double min_angle,
+                                             ptzcal_roof_edges **edges_a,
+                                             ptzcal_roof_edges **edges_b,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
  * Devices of the host
  *
  * A host that owns its cameras and its PTZ control hands them in as callbacks. All callbacks of a
@@ -7069,7 +7587,6 @@ ptzcal_status ptzcal_roof_edges_add_plane_scan(ptzcal_roof_edges *edges,
                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
-<<<<<<< HEAD
  * Clouds
  *
  * Coloured points of the world, with what is known of their noise: from a scan, from a depth map, from
@@ -7476,55 +7993,6 @@ typedef struct ptzcal_surface_options {
 
 /**
  * Sets up options with their defaults.
-=======
- * Exploring
- *
- * Finds by itself the range of pan and tilt in which each fixed camera sees the laser's spot, coarse to
- * fine; and fires single shots again where a scan has measured before.
- * ============================================================================================= */
-
-/** Where fixed cameras see the laser's spot. Immutable: any number of threads may read it. */
-typedef struct ptzcal_exploration ptzcal_exploration;
-
-/** How the head's reach is explored. */
-typedef struct ptzcal_explore_options {
-  /** Set by ptzcal_explore_options_init. */
-  uint32_t struct_size;
-  /** Most shots, 4 to 10000. */
-  uint32_t max_shots;
-  /** 0. */
-  uint32_t reserved[2];
-  /** Least reading of pan to look at, radians; -INFINITY: as far as the head reaches. */
-  double pan_min;
-  /** Greatest reading of pan, radians; INFINITY likewise. */
-  double pan_max;
-  /** Least reading of tilt, radians; -INFINITY likewise. */
-  double tilt_min;
-  /** Greatest reading of tilt, radians; INFINITY likewise. */
-  double tilt_max;
-  /** Distance of shots that are near enough to each other, radians. */
-  double tolerance;
-  /** Steps of the regions that come out, radians. */
-  double spacing;
-} ptzcal_explore_options;
-
-/** Where a fixed camera sees the spot. */
-typedef struct ptzcal_visible {
-  /** Set by ptzcal_visible_init. */
-  uint32_t struct_size;
-  /** Shots taken in all. */
-  uint32_t shots;
-  /** Shots that the camera saw. */
-  uint32_t seen;
-  /** Of them those that the head camera saw too. */
-  uint32_t measured;
-  /** Part of the region's positions that the camera sees, by the shot nearest to each. */
-  double share;
-} ptzcal_visible;
-
-/**
- * Sets up options: all that the head reaches, at most 59 shots, to 2.5 degrees, steps of 1 degree.
->>>>>>> pointing
  *
  * @param options The struct.
  * @param size    sizeof *options.
@@ -7533,7 +8001,6 @@ typedef struct ptzcal_visible {
  * Threads: free.
  * Since 0.1.0.
  */
-<<<<<<< HEAD
 ptzcal_status ptzcal_surface_options_init(ptzcal_surface_options *options,
                                           size_t size) PTZCAL_NOEXCEPT;
 
@@ -7726,22 +8193,10 @@ ptzcal_status ptzcal_mesh_save(const ptzcal_mesh *mesh,
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNSUPPORTED for another ending, for what such a file may have
  *         and this library does not read, and for more than 50,000,000 points or triangles;
  *         PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_FILE_FORMAT; PTZCAL_STATUS_FILE_VERSION.
-=======
-ptzcal_status ptzcal_explore_options_init(ptzcal_explore_options *options,
-                                          size_t size) PTZCAL_NOEXCEPT;
-
-/**
- * Sets up a result: everything 0.
- *
- * @param visible The struct.
- * @param size    sizeof *visible.
- * @return PTZCAL_STATUS_OK.
->>>>>>> pointing
  *
  * Threads: free.
  * Since 0.1.0.
  */
-<<<<<<< HEAD
 ptzcal_status ptzcal_mesh_load(const char *path,
                                ptzcal_mesh **mesh,
                                ptzcal_error **error) PTZCAL_NOEXCEPT;
@@ -7757,7 +8212,84 @@ ptzcal_status ptzcal_mesh_load(const char *path,
  * @param error  Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE;
  *         PTZCAL_STATUS_BUSY.
-=======
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_depth_map(const ptzcal_mesh *mesh,
+                                    const ptzcal_camera *camera,
+                                    ptzcal_depth_map **map,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Exploring
+ *
+ * Finds by itself the range of pan and tilt in which each fixed camera sees the laser's spot, coarse to
+ * fine; and fires single shots again where a scan has measured before.
+ * ============================================================================================= */
+
+/** Where fixed cameras see the laser's spot. Immutable: any number of threads may read it. */
+typedef struct ptzcal_exploration ptzcal_exploration;
+
+/** How the head's reach is explored. */
+typedef struct ptzcal_explore_options {
+  /** Set by ptzcal_explore_options_init. */
+  uint32_t struct_size;
+  /** Most shots, 4 to 10000. */
+  uint32_t max_shots;
+  /** 0. */
+  uint32_t reserved[2];
+  /** Least reading of pan to look at, radians; -INFINITY: as far as the head reaches. */
+  double pan_min;
+  /** Greatest reading of pan, radians; INFINITY likewise. */
+  double pan_max;
+  /** Least reading of tilt, radians; -INFINITY likewise. */
+  double tilt_min;
+  /** Greatest reading of tilt, radians; INFINITY likewise. */
+  double tilt_max;
+  /** Distance of shots that are near enough to each other, radians. */
+  double tolerance;
+  /** Steps of the regions that come out, radians. */
+  double spacing;
+} ptzcal_explore_options;
+
+/** Where a fixed camera sees the spot. */
+typedef struct ptzcal_visible {
+  /** Set by ptzcal_visible_init. */
+  uint32_t struct_size;
+  /** Shots taken in all. */
+  uint32_t shots;
+  /** Shots that the camera saw. */
+  uint32_t seen;
+  /** Of them those that the head camera saw too. */
+  uint32_t measured;
+  /** Part of the region's positions that the camera sees, by the shot nearest to each. */
+  double share;
+} ptzcal_visible;
+
+/**
+ * Sets up options: all that the head reaches, at most 59 shots, to 2.5 degrees, steps of 1 degree.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_explore_options_init(ptzcal_explore_options *options,
+                                          size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a result: everything 0.
+ *
+ * @param visible The struct.
+ * @param size    sizeof *visible.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
 ptzcal_status ptzcal_visible_init(ptzcal_visible *visible, size_t size) PTZCAL_NOEXCEPT;
 
 /**
@@ -7809,19 +8341,10 @@ void ptzcal_exploration_free(ptzcal_exploration *exploration) PTZCAL_NOEXCEPT;
  * @param error       Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FOUND: the camera saw none;
  *         PTZCAL_STATUS_INVALID_ARGUMENT for a camera that did not watch.
->>>>>>> pointing
  *
  * Threads: shared.
  * Since 0.1.0.
  */
-<<<<<<< HEAD
-ptzcal_status ptzcal_mesh_depth_map(const ptzcal_mesh *mesh,
-                                    const ptzcal_camera *camera,
-                                    ptzcal_depth_map **map,
-                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/* ================================================================================================
-=======
 ptzcal_status ptzcal_exploration_get_visible(const ptzcal_exploration *exploration,
                                              uint32_t camera,
                                              ptzcal_region *region,
@@ -8137,7 +8660,6 @@ ptzcal_status ptzcal_health_report_refitted(const ptzcal_health_report *report,
                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
->>>>>>> pointing
  * Joint adjustment: what is known
  *
  * A survey of one rig, from one or several stations, with all fixed cameras that watched it, to be
@@ -8851,7 +9373,7 @@ ptzcal_status ptzcal_adjustment_add_plane(ptzcal_adjustment *adjustment,
  *
  * @param adjustment The survey.
  * @param first      The first shot; the others follow it.
- * @param planes     n indices of planes, or PTZCAL_NO_PLANE.
+ * @param hits       n indices of planes, or PTZCAL_NO_PLANE.
  * @param n          Number of shots.
  * @param error      Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a shot or a plane that does not exist and
@@ -8862,7 +9384,7 @@ ptzcal_status ptzcal_adjustment_add_plane(ptzcal_adjustment *adjustment,
  */
 ptzcal_status ptzcal_adjustment_set_planes(ptzcal_adjustment *adjustment,
                                            size_t first,
-                                           const uint32_t *planes,
+                                           const uint32_t *hits,
                                            size_t n,
                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
 
@@ -8992,7 +9514,6 @@ ptzcal_status ptzcal_adjustment_solve(const ptzcal_adjustment *adjustment,
                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
-<<<<<<< HEAD
  * Sites: what is known before anyone scans
  *
  * A rig, the fixed camera that it will calibrate (its guessed pose and lens, in the rig's frame), what is
@@ -9011,100 +9532,10 @@ typedef struct ptzcal_site ptzcal_site;
  * @param site   Receives the site; free it with ptzcal_site_free.
  * @param error  Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_LENS_NOT_MONOTONE.
-=======
- * Pointing
- *
- * A pixel of a calibrated fixed camera as pan, tilt and zoom of the head, and a pixel of the head's
- * camera as a pixel of the fixed one. A pointing holds the camera, the rig, how well both are known, and
- * where the targets are: on a plane, on the surface of a point cloud, or at a distance. Every answer has
- * a covariance through the whole chain: click, calibration, surface, rig and the head's coming to rest.
- * ============================================================================================= */
-
-/** Who measured a surface. */
-enum {
-  /** Anything else: its errors have nothing to do with the rig's. */
-  PTZCAL_MEASURED_BY_OTHERS = 0,
-  /**
-   * The laser of the same rig, from where it stands now: what is wrong with the rig is wrong with the
-   * surface too, and largely cancels when the rig aims at it.
-   */
-  PTZCAL_MEASURED_BY_THIS_RIG = 1,
-};
-typedef int32_t ptzcal_measured_by;
-
-/** A fixed camera and a rig, for pointing. */
-typedef struct ptzcal_pointing ptzcal_pointing;
-
-/** Where to turn the head, and how surely. */
-typedef struct ptzcal_aim {
-  /** Set by ptzcal_aim_init. */
-  uint32_t struct_size;
-  /** 1 when there is a zoom curve, and `zoom` is set. */
-  uint32_t has_zoom;
-  /** 1 when the surface ends or bends about the target, or is sampled too thinly to tell: the target may be what is at `other_distance` instead. */
-  uint32_t edge;
-  /** 0. */
-  uint32_t reserved;
-  /** The device's reading at which the target is at the picture's centre, radians. */
-  double pan;
-  /** The device's reading, radians. */
-  double tilt;
-  /** Of the target's direction about them, in readings: pan pan, pan tilt, tilt tilt, rad^2. */
-  double angle_covariance[3];
-  /** The tightest zoom (the curve's own scale) that keeps the whole target in the picture with the probability asked for; the widest when none does. */
-  double zoom;
-  /** Of the whole target being in the picture. */
-  double probability;
-  /** Where the target is in the head camera's picture then, pixels. */
-  double uv[2];
-  /** Its covariance: xx, xy, yy, px^2. */
-  double uv_covariance[3];
-  /** The target in the world, metres. */
-  double point[3];
-  /** Its covariance, row-major, m^2. */
-  double point_covariance[9];
-  /** From the fixed camera's centre, metres. */
-  double distance;
-  /** From the fixed camera's centre, of what the target may be instead, metres; 0: the cloud shows nothing else. */
-  double other_distance;
-} ptzcal_aim;
-
-/** Where the fixed camera sees what the head camera sees. */
-typedef struct ptzcal_located {
-  /** Set by ptzcal_located_init. */
-  uint32_t struct_size;
-  /** As in ptzcal_aim. */
-  uint32_t edge;
-  /** 1 when the cloud has a surface between the fixed camera and the point. */
-  uint32_t hidden;
-  /** 0. */
-  uint32_t reserved;
-  /** Pixel of the fixed camera. */
-  double uv[2];
-  /** Its covariance: xx, xy, yy, px^2. */
-  double uv_covariance[3];
-  /** In the world, metres. */
-  double point[3];
-  /** Its covariance, row-major, m^2. */
-  double point_covariance[9];
-  /** From the head camera's centre, metres. */
-  double distance;
-  /** As in ptzcal_aim, from the head camera's centre. */
-  double other_distance;
-} ptzcal_located;
-
-/**
- * Sets up an aim: everything 0.
- *
- * @param aim  The struct.
- * @param size sizeof *aim.
- * @return PTZCAL_STATUS_OK.
->>>>>>> pointing
  *
  * Threads: free.
  * Since 0.1.0.
  */
-<<<<<<< HEAD
 ptzcal_status ptzcal_site_new(const ptzcal_rig_model *model,
                               const ptzcal_camera *camera,
                               ptzcal_site **site,
@@ -9114,70 +9545,10 @@ ptzcal_status ptzcal_site_new(const ptzcal_rig_model *model,
  * Frees a site.
  *
  * @param site The site; may be NULL: nothing happens.
-=======
-ptzcal_status ptzcal_aim_init(ptzcal_aim *aim, size_t size) PTZCAL_NOEXCEPT;
-
-/**
- * Sets up a location: everything 0.
- *
- * @param located The struct.
- * @param size    sizeof *located.
- * @return PTZCAL_STATUS_OK.
- *
- * Threads: free.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_located_init(ptzcal_located *located, size_t size) PTZCAL_NOEXCEPT;
-
-/**
- * Makes a pointing of a camera whose world is the rig's frame. The rig is taken as exact until
- * ptzcal_pointing_set_rig_covariance; where the targets are must still be set.
- *
- * @param calibration The fixed camera with its covariance.
- * @param model       The rig.
- * @param pointing    Receives the pointing; free it with ptzcal_pointing_free.
- * @param error       Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT, PTZCAL_STATUS_NOT_FINITE,
- *         PTZCAL_STATUS_LENS_NOT_MONOTONE for a model that makes no sense.
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_pointing_new(const ptzcal_calibration *calibration,
-                                  const ptzcal_rig_model *model,
-                                  ptzcal_pointing **pointing,
-                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Makes a pointing of a joint adjustment, with all that camera and rig have in common.
- *
- * @param adjusted The adjustment's answer.
- * @param camera   The fixed camera's index.
- * @param station  The station at which the rig stands.
- * @param pointing Receives the pointing; free it with ptzcal_pointing_free.
- * @param error    Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a camera or station that does not
- *         exist.
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_pointing_new_adjusted(const ptzcal_adjusted *adjusted,
-                                           uint32_t camera,
-                                           uint32_t station,
-                                           ptzcal_pointing **pointing,
-                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Frees a pointing.
- *
- * @param pointing The pointing; may be NULL: nothing happens.
->>>>>>> pointing
  *
  * Threads: exclusive.
  * Since 0.1.0.
  */
-<<<<<<< HEAD
 void ptzcal_site_free(ptzcal_site *site) PTZCAL_NOEXCEPT;
 
 /**
@@ -9188,24 +9559,11 @@ void ptzcal_site_free(ptzcal_site *site) PTZCAL_NOEXCEPT;
  *               them by default), INFINITY frees it.
  * @param error  Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (the message names the parameter);
-=======
-void ptzcal_pointing_free(ptzcal_pointing *pointing) PTZCAL_NOEXCEPT;
-
-/**
- * Says how well the rig is known, independent of the camera.
- *
- * @param pointing   The pointing.
- * @param covariance 225 numbers, 15 x 15: of the rig's parameters in the order of
- *                   ptzcal_adjusted_copy_covariance, row-major, positive semi-definite.
- * @param error      Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
->>>>>>> pointing
  *         PTZCAL_STATUS_BUSY.
  *
  * Threads: exclusive.
  * Since 0.1.0.
  */
-<<<<<<< HEAD
 ptzcal_status ptzcal_site_set_rig_sigmas(ptzcal_site *site,
                                          const double *sigmas,
                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
@@ -9218,28 +9576,10 @@ ptzcal_status ptzcal_site_set_rig_sigmas(ptzcal_site *site,
  * @param sigma_tilt The same of tilt.
  * @param error      Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
-=======
-ptzcal_status ptzcal_pointing_set_rig_covariance(ptzcal_pointing *pointing,
-                                                 const double *covariance,
-                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Says where the rig stands, when that is not where the world is.
- *
- * @param pointing   The pointing.
- * @param pose       The station in the world, X_world = rotation X_station + translation; its other
- *                   members do not matter.
- * @param covariance 36 numbers, row-major: of w in R <- exp([w]x) R (axes of the world, radians) and
- *                   of the translation (metres); may be NULL: the pose is exact.
- * @param error      Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
- *         PTZCAL_STATUS_BUSY.
->>>>>>> pointing
  *
  * Threads: exclusive.
  * Since 0.1.0.
  */
-<<<<<<< HEAD
 ptzcal_status ptzcal_site_set_pointing_sigma(ptzcal_site *site,
                                              double sigma_pan,
                                              double sigma_tilt,
@@ -9253,65 +9593,11 @@ ptzcal_status ptzcal_site_set_pointing_sigma(ptzcal_site *site,
  * @param options The options; may be NULL: the defaults with the camera's lens model.
  * @param error   Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for another lens model than the camera's;
-=======
-ptzcal_status ptzcal_pointing_set_station(ptzcal_pointing *pointing,
-                                          const ptzcal_pose *pose,
-                                          const double *covariance,
-                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Says where the head comes to rest about its readings: its repeatability and, of a head with steps,
- * step / sqrt(12). 0 until then.
- *
- * @param pointing The pointing.
- * @param pan      Standard deviation of pan, radians.
- * @param tilt     Standard deviation of tilt, radians.
- * @param error    Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
  *         PTZCAL_STATUS_BUSY.
  *
  * Threads: exclusive.
  * Since 0.1.0.
  */
-ptzcal_status ptzcal_pointing_set_head_deviation(ptzcal_pointing *pointing,
-                                                 double pan,
-                                                 double tilt,
-                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Gives the head camera's lens over zoom: aims then have a zoom. Its errors are taken as independent
- * of the rig's axes and encoders.
- *
- * @param pointing The pointing.
- * @param curve    The curve, of the rig's image size; it is copied.
- * @param error    Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
- *         PTZCAL_STATUS_BUSY.
- *
- * Threads: exclusive.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_pointing_set_zoom_curve(ptzcal_pointing *pointing,
-                                             const ptzcal_zoom_curve *curve,
-                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Says how far the head reaches: aims beyond are refused.
- *
- * @param pointing The pointing.
- * @param pan_min  Least reading of pan, radians.
- * @param pan_max  Greatest reading of pan, radians.
- * @param tilt_min Least reading of tilt, radians.
- * @param tilt_max Greatest reading of tilt, radians.
- * @param error    Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
->>>>>>> pointing
- *         PTZCAL_STATUS_BUSY.
- *
- * Threads: exclusive.
- * Since 0.1.0.
- */
-<<<<<<< HEAD
 ptzcal_status ptzcal_site_set_estimate(ptzcal_site *site,
                                        const ptzcal_calibration_options *options,
                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
@@ -9752,77 +10038,10 @@ ptzcal_status ptzcal_study_save_plot(const ptzcal_study *study,
  * Frees a study.
  *
  * @param study The study; may be NULL: nothing happens.
-=======
-ptzcal_status ptzcal_pointing_set_reach(ptzcal_pointing *pointing,
-                                        double pan_min,
-                                        double pan_max,
-                                        double tilt_min,
-                                        double tilt_max,
-                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * The targets are on a plane n . x = distance of the world: the floor, the road, a wall.
- *
- * @param pointing    The pointing.
- * @param normal      3 numbers, of any length but 0.
- * @param distance    Metres times the normal's length.
- * @param covariance  16 numbers, 4 x 4 row-major, positive semi-definite: of the unit normal's three
- *                    components and the distance (metres); may be NULL: the plane is exact, but for
- *                    what `measured_by` makes of it.
- * @param measured_by A ptzcal_measured_by.
- * @param error       Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
- *         PTZCAL_STATUS_BUSY.
  *
  * Threads: exclusive.
  * Since 0.1.0.
  */
-ptzcal_status ptzcal_pointing_set_plane(ptzcal_pointing *pointing,
-                                        const double *normal,
-                                        double distance,
-                                        const double *covariance,
-                                        uint32_t measured_by,
-                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * The targets are on the surface that a point cloud samples. The cloud is copied and arranged once: a
- * second or two for a million points.
- *
- * @param pointing    The pointing.
- * @param xyz         n x 3 numbers: points in the world, metres.
- * @param covariances n x 9 numbers: of each point, row-major, positive semi-definite, m^2; may be
- *                    NULL: estimated from the points' scatter.
- * @param n           Number of points, at least 4.
- * @param measured_by A ptzcal_measured_by.
- * @param error       Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NOT_FINITE (index: the
- *         point); PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
- *
- * Threads: exclusive.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_pointing_set_cloud(ptzcal_pointing *pointing,
-                                        const double *xyz,
-                                        const double *covariances,
-                                        size_t n,
-                                        uint32_t measured_by,
-                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * The targets are at a known distance along their rays, from whichever camera sees the pixel.
- *
- * @param pointing The pointing.
- * @param metres   The distance, positive.
- * @param sigma    Its standard deviation, metres; 0: exact.
- * @param error    Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
- *         PTZCAL_STATUS_BUSY.
->>>>>>> pointing
- *
- * Threads: exclusive.
- * Since 0.1.0.
- */
-<<<<<<< HEAD
 void ptzcal_study_free(ptzcal_study *study) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
@@ -9874,121 +10093,10 @@ typedef struct ptzcal_label_row {
  * @param row  The struct.
  * @param size sizeof *row.
  * @return PTZCAL_STATUS_OK.
-=======
-ptzcal_status ptzcal_pointing_set_distance(ptzcal_pointing *pointing,
-                                           double metres,
-                                           double sigma,
-                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Where to turn the head, and how far to zoom, so that its camera shows at its picture's centre what the
- * fixed camera shows at a pixel.
- *
- * @param pointing      The pointing.
- * @param uv            2 numbers: a pixel of the fixed camera.
- * @param uv_covariance 3 numbers: xx, xy, yy, px^2, positive semi-definite; may be NULL: the pixel is
- *                      exact.
- * @param probability   With which the whole target is to be in the picture, between 0 and 1.
- * @param target_size   Diameter of the target, metres; 0 for a point.
- * @param aim           Receives the aim; set up by ptzcal_aim_init.
- * @param error         Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (a pixel outside the picture, a
- *         probability or size that is none); PTZCAL_STATUS_OUTSIDE_LENS; PTZCAL_STATUS_UNREACHABLE:
- *         a pixel above the plane's horizon, one so near to it that its distance is known to no
- *         better than 20 %, or an aim that the head cannot reach; PTZCAL_STATUS_NOT_FOUND: the cloud
- *         has no surface near the ray; PTZCAL_STATUS_BAD_STATE: neither plane nor cloud nor distance
- *         is set.
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_pointing_aim(const ptzcal_pointing *pointing,
-                                  const double *uv,
-                                  const double *uv_covariance,
-                                  double probability,
-                                  double target_size,
-                                  ptzcal_aim *aim,
-                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Where the fixed camera sees what the head camera sees at a pixel.
- *
- * @param pointing      The pointing.
- * @param pan           Reading of the head, radians.
- * @param tilt          Reading of the head, radians.
- * @param zoom          Zoom on the curve's scale; without a curve it does not matter.
- * @param uv            2 numbers: a pixel of the head camera.
- * @param uv_covariance 3 numbers: xx, xy, yy, px^2, positive semi-definite; may be NULL: the pixel is
- *                      exact.
- * @param located       Receives the location; set up by ptzcal_located_init.
- * @param error         Receives the error; may be NULL.
- * @return As ptzcal_pointing_aim; PTZCAL_STATUS_UNREACHABLE also for a point outside the fixed
- *         camera's picture, PTZCAL_STATUS_BEHIND_CAMERA for one that it cannot see.
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_pointing_locate(const ptzcal_pointing *pointing,
-                                     double pan,
-                                     double tilt,
-                                     double zoom,
-                                     const double *uv,
-                                     const double *uv_covariance,
-                                     ptzcal_located *located,
-                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * The part of the fixed camera's picture in which what the head camera sees at a pixel can be, its depth
- * unknown: of 65 places evenly spread in inverse distance those that are in the picture, nearest first.
- *
- * @param pointing      The pointing.
- * @param pan           Reading of the head, radians.
- * @param tilt          Reading of the head, radians.
- * @param zoom          Zoom on the curve's scale; without a curve it does not matter.
- * @param uv            2 numbers: a pixel of the head camera.
- * @param uv_covariance 3 numbers: xx, xy, yy, px^2, positive semi-definite; may be NULL: the pixel is
- *                      exact.
- * @param nearest       Metres, positive.
- * @param farthest      Metres; INFINITY is far enough.
- * @param buffer        Receives 6 numbers a place: distance from the head camera's centre (metres), u,
- *                      v, and xx, xy, yy of the pixel (px^2); may be NULL when capacity is 0.
- * @param capacity      Numbers that fit.
- * @param needed        Receives how many numbers there are; may be NULL.
- * @param error         Receives the error; may be NULL.
- * @return As ptzcal_pointing_locate; PTZCAL_STATUS_BUFFER_TOO_SMALL.
- *
- * Threads: shared.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_pointing_copy_located_along(const ptzcal_pointing *pointing,
-                                                 double pan,
-                                                 double tilt,
-                                                 double zoom,
-                                                 const double *uv,
-                                                 const double *uv_covariance,
-                                                 double nearest,
-                                                 double farthest,
-                                                 double *buffer,
-                                                 size_t capacity,
-                                                 size_t *needed,
-                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * The ellipse about a Gaussian's mean that holds it with a probability: of a pixel, or of pan and tilt.
- *
- * @param covariance  3 numbers: xx, xy, yy, positive semi-definite.
- * @param probability Between 0 and 1.
- * @param semi_axes   Receives 2 numbers: the longer half axis and the shorter, in the covariance's
- *                    units.
- * @param angle       Receives the longer axis's angle from x towards y, radians, from -pi/2 to pi/2.
- * @param error       Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT.
->>>>>>> pointing
  *
  * Threads: free.
  * Since 0.1.0.
  */
-<<<<<<< HEAD
 ptzcal_status ptzcal_label_row_init(ptzcal_label_row *row, size_t size) PTZCAL_NOEXCEPT;
 
 /**
@@ -10134,35 +10242,6 @@ typedef struct ptzcal_plan_options {
   /** Most positions of a grid, 1 to 1,000,000; the default is 20,000. */
   uint32_t max_positions;
   /** Least reading of pan, radians. */
-=======
-ptzcal_status ptzcal_ellipse(const double *covariance,
-                             double probability,
-                             double *semi_axes,
-                             double *angle,
-                             ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/* ================================================================================================
- * Pointing: depth unknown
- *
- * Where the head would have to look along the ray of a fixed camera's pixel whose depth is unknown: the
- * curve of pan and tilt, a zoom that shows all of it, or the steps that sweep it.
- * ============================================================================================= */
-
-/** Where the target of a pixel may be. Immutable: any number of threads may read it. */
-typedef struct ptzcal_sweep ptzcal_sweep;
-
-/** What a sweep comes to. */
-typedef struct ptzcal_sweep_summary {
-  /** Set by ptzcal_sweep_summary_init. */
-  uint32_t struct_size;
-  /** Pictures that together show the whole curve; 1: one does. */
-  uint32_t steps;
-  /** Points of the curve. */
-  uint32_t points;
-  /** 1 when there is a zoom curve, and `zoom` is set. */
-  uint32_t has_zoom;
-  /** Least reading of pan on the curve, radians. */
->>>>>>> pointing
   double pan_min;
   /** Greatest reading of pan, radians. */
   double pan_max;
@@ -10170,7 +10249,6 @@ typedef struct ptzcal_sweep_summary {
   double tilt_min;
   /** Greatest reading of tilt, radians. */
   double tilt_max;
-<<<<<<< HEAD
   /** Noise of a spot in the head camera, px; the default is 0.2. */
   double head_sigma;
   /** Noise of a spot in the fixed camera, px; the default is 0.2. */
@@ -10213,17 +10291,6 @@ typedef struct ptzcal_plan_summary {
  */
 ptzcal_status ptzcal_plan_options_init(ptzcal_plan_options *options,
                                        size_t size) PTZCAL_NOEXCEPT;
-=======
-  /** The middle of the range, radians. */
-  double middle_pan;
-  /** The middle of the range, radians. */
-  double middle_tilt;
-  /** The tightest zoom of one picture, the widest of several. */
-  double zoom;
-  /** Of the whole target being in one of the pictures, at the worst distance. */
-  double probability;
-} ptzcal_sweep_summary;
->>>>>>> pointing
 
 /**
  * Sets up a summary: everything 0.
@@ -10235,7 +10302,6 @@ ptzcal_status ptzcal_plan_options_init(ptzcal_plan_options *options,
  * Threads: free.
  * Since 0.1.0.
  */
-<<<<<<< HEAD
 ptzcal_status ptzcal_plan_summary_init(ptzcal_plan_summary *summary,
                                        size_t size) PTZCAL_NOEXCEPT;
 
@@ -10253,32 +10319,10 @@ ptzcal_status ptzcal_plan_summary_init(ptzcal_plan_summary *summary,
  *         the region; PTZCAL_STATUS_BAD_STATE for a site without surroundings;
  *         PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_CANCELLED;
  *         PTZCAL_STATUS_BUSY.
-=======
-ptzcal_status ptzcal_sweep_summary_init(ptzcal_sweep_summary *summary,
-                                        size_t size) PTZCAL_NOEXCEPT;
-
-/**
- * What to do about a pixel of the fixed camera whose depth is unknown, but for its nearest and farthest
- * distance from that camera.
- *
- * @param pointing      The pointing.
- * @param uv            2 numbers: a pixel of the fixed camera.
- * @param uv_covariance 3 numbers: xx, xy, yy, px^2, positive semi-definite; may be NULL: the pixel is
- *                      exact.
- * @param nearest       Metres, positive.
- * @param farthest      Metres; INFINITY is far enough.
- * @param probability   With which the whole target is to be in the picture, between 0 and 1.
- * @param target_size   Diameter of the target, metres; 0 for a point.
- * @param sweep         Receives the sweep; free it with ptzcal_sweep_free.
- * @param error         Receives the error; may be NULL.
- * @return As ptzcal_pointing_aim, but for what concerns the depth; PTZCAL_STATUS_INVALID_ARGUMENT
- *         for a range that is none.
->>>>>>> pointing
  *
  * Threads: shared.
  * Since 0.1.0.
  */
-<<<<<<< HEAD
 ptzcal_status ptzcal_plan_make(const ptzcal_site *site,
                                const ptzcal_plan_options *options,
                                const ptzcal_cancel *token,
@@ -10290,40 +10334,12 @@ ptzcal_status ptzcal_plan_make(const ptzcal_site *site,
  *
  * @param result  The plan.
  * @param summary Receives the summary; set up by ptzcal_plan_summary_init.
-=======
-ptzcal_status ptzcal_pointing_sweep(const ptzcal_pointing *pointing,
-                                    const double *uv,
-                                    const double *uv_covariance,
-                                    double nearest,
-                                    double farthest,
-                                    double probability,
-                                    double target_size,
-                                    ptzcal_sweep **sweep,
-                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Frees a sweep.
- *
- * @param sweep The sweep; may be NULL: nothing happens.
- *
- * Threads: exclusive.
- * Since 0.1.0.
- */
-void ptzcal_sweep_free(ptzcal_sweep *sweep) PTZCAL_NOEXCEPT;
-
-/**
- * What a sweep comes to.
- *
- * @param sweep   The sweep.
- * @param summary Receives the summary; set up by ptzcal_sweep_summary_init.
->>>>>>> pointing
  * @param error   Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK.
  *
  * Threads: shared.
  * Since 0.1.0.
  */
-<<<<<<< HEAD
 ptzcal_status ptzcal_plan_get_summary(const ptzcal_plan *result,
                                       ptzcal_plan_summary *summary,
                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
@@ -10335,26 +10351,12 @@ ptzcal_status ptzcal_plan_get_summary(const ptzcal_plan *result,
  * @param buffer   Receives 5 numbers for each shot; may be NULL when capacity is 0.
  * @param capacity Numbers that fit.
  * @param needed   Receives their number; may be NULL.
-=======
-ptzcal_status ptzcal_sweep_get_summary(const ptzcal_sweep *sweep,
-                                       ptzcal_sweep_summary *summary,
-                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * The pictures that together show the whole curve, nearest first.
- *
- * @param sweep    The sweep.
- * @param buffer   Receives pan and tilt of each, radians; may be NULL when capacity is 0.
- * @param capacity Numbers that fit.
- * @param needed   Receives how many numbers there are; may be NULL.
->>>>>>> pointing
  * @param error    Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
  *
  * Threads: shared.
  * Since 0.1.0.
  */
-<<<<<<< HEAD
 ptzcal_status ptzcal_plan_copy_shots(const ptzcal_plan *result,
                                      double *buffer,
                                      size_t capacity,
@@ -10396,7 +10398,572 @@ void ptzcal_plan_free(ptzcal_plan *result) PTZCAL_NOEXCEPT;
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FOUND when the fixed camera is expected to see none of the
  *         candidates; PTZCAL_STATUS_TOO_FEW_POINTS without a scanned shot; PTZCAL_STATUS_INVALID_ARGUMENT;
  *         PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BUSY.
-=======
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_next_shots(const ptzcal_site *site,
+                                const double *scanned,
+                                size_t n,
+                                const ptzcal_region *candidates,
+                                double head_sigma,
+                                double fixed_sigma,
+                                double target,
+                                uint32_t count,
+                                double *now,
+                                double *buffer,
+                                size_t capacity,
+                                size_t *needed,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Pointing
+ *
+ * A pixel of a calibrated fixed camera as pan, tilt and zoom of the head, and a pixel of the head's
+ * camera as a pixel of the fixed one. A pointing holds the camera, the rig, how well both are known, and
+ * where the targets are: on a plane, on the surface of a point cloud, or at a distance. Every answer has
+ * a covariance through the whole chain: click, calibration, surface, rig and the head's coming to rest.
+ * ============================================================================================= */
+
+/** Who measured a surface. */
+enum {
+  /** Anything else: its errors have nothing to do with the rig's. */
+  PTZCAL_MEASURED_BY_OTHERS = 0,
+  /**
+   * The laser of the same rig, from where it stands now: what is wrong with the rig is wrong with the
+   * surface too, and largely cancels when the rig aims at it.
+   */
+  PTZCAL_MEASURED_BY_THIS_RIG = 1,
+};
+typedef int32_t ptzcal_measured_by;
+
+/** A fixed camera and a rig, for pointing. */
+typedef struct ptzcal_pointing ptzcal_pointing;
+
+/** Where to turn the head, and how surely. */
+typedef struct ptzcal_aim {
+  /** Set by ptzcal_aim_init. */
+  uint32_t struct_size;
+  /** 1 when there is a zoom curve, and `zoom` is set. */
+  uint32_t has_zoom;
+  /** 1 when the surface ends or bends about the target, or is sampled too thinly to tell: the target may be what is at `other_distance` instead. */
+  uint32_t edge;
+  /** 0. */
+  uint32_t reserved;
+  /** The device's reading at which the target is at the picture's centre, radians. */
+  double pan;
+  /** The device's reading, radians. */
+  double tilt;
+  /** Of the target's direction about them, in readings: pan pan, pan tilt, tilt tilt, rad^2. */
+  double angle_covariance[3];
+  /** The tightest zoom (the curve's own scale) that keeps the whole target in the picture with the probability asked for; the widest when none does. */
+  double zoom;
+  /** Of the whole target being in the picture. */
+  double probability;
+  /** Where the target is in the head camera's picture then, pixels. */
+  double uv[2];
+  /** Its covariance: xx, xy, yy, px^2. */
+  double uv_covariance[3];
+  /** The target in the world, metres. */
+  double point[3];
+  /** Its covariance, row-major, m^2. */
+  double point_covariance[9];
+  /** From the fixed camera's centre, metres. */
+  double distance;
+  /** From the fixed camera's centre, of what the target may be instead, metres; 0: the cloud shows nothing else. */
+  double other_distance;
+} ptzcal_aim;
+
+/** Where the fixed camera sees what the head camera sees. */
+typedef struct ptzcal_located {
+  /** Set by ptzcal_located_init. */
+  uint32_t struct_size;
+  /** As in ptzcal_aim. */
+  uint32_t edge;
+  /** 1 when the cloud has a surface between the fixed camera and the point. */
+  uint32_t hidden;
+  /** 0. */
+  uint32_t reserved;
+  /** Pixel of the fixed camera. */
+  double uv[2];
+  /** Its covariance: xx, xy, yy, px^2. */
+  double uv_covariance[3];
+  /** In the world, metres. */
+  double point[3];
+  /** Its covariance, row-major, m^2. */
+  double point_covariance[9];
+  /** From the head camera's centre, metres. */
+  double distance;
+  /** As in ptzcal_aim, from the head camera's centre. */
+  double other_distance;
+} ptzcal_located;
+
+/**
+ * Sets up an aim: everything 0.
+ *
+ * @param aim  The struct.
+ * @param size sizeof *aim.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_aim_init(ptzcal_aim *aim, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a location: everything 0.
+ *
+ * @param located The struct.
+ * @param size    sizeof *located.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_located_init(ptzcal_located *located, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes a pointing of a camera whose world is the rig's frame. The rig is taken as exact until
+ * ptzcal_pointing_set_rig_covariance; where the targets are must still be set.
+ *
+ * @param calibration The fixed camera with its covariance.
+ * @param model       The rig.
+ * @param pointing    Receives the pointing; free it with ptzcal_pointing_free.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT, PTZCAL_STATUS_NOT_FINITE,
+ *         PTZCAL_STATUS_LENS_NOT_MONOTONE for a model that makes no sense.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_new(const ptzcal_calibration *calibration,
+                                  const ptzcal_rig_model *model,
+                                  ptzcal_pointing **pointing,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes a pointing of a joint adjustment, with all that camera and rig have in common.
+ *
+ * @param adjusted The adjustment's answer.
+ * @param camera   The fixed camera's index.
+ * @param station  The station at which the rig stands.
+ * @param pointing Receives the pointing; free it with ptzcal_pointing_free.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a camera or station that does not
+ *         exist.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_new_adjusted(const ptzcal_adjusted *adjusted,
+                                           uint32_t camera,
+                                           uint32_t station,
+                                           ptzcal_pointing **pointing,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a pointing.
+ *
+ * @param pointing The pointing; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_pointing_free(ptzcal_pointing *pointing) PTZCAL_NOEXCEPT;
+
+/**
+ * Says how well the rig is known, independent of the camera.
+ *
+ * @param pointing   The pointing.
+ * @param covariance 225 numbers, 15 x 15: of the rig's parameters in the order of
+ *                   ptzcal_adjusted_copy_covariance, row-major, positive semi-definite.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_set_rig_covariance(ptzcal_pointing *pointing,
+                                                 const double *covariance,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Says where the rig stands, when that is not where the world is.
+ *
+ * @param pointing   The pointing.
+ * @param pose       The station in the world, X_world = rotation X_station + translation; its other
+ *                   members do not matter.
+ * @param covariance 36 numbers, row-major: of w in R <- exp([w]x) R (axes of the world, radians) and
+ *                   of the translation (metres); may be NULL: the pose is exact.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_set_station(ptzcal_pointing *pointing,
+                                          const ptzcal_pose *pose,
+                                          const double *covariance,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Says where the head comes to rest about its readings: its repeatability and, of a head with steps,
+ * step / sqrt(12). 0 until then.
+ *
+ * @param pointing The pointing.
+ * @param pan      Standard deviation of pan, radians.
+ * @param tilt     Standard deviation of tilt, radians.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_set_head_deviation(ptzcal_pointing *pointing,
+                                                 double pan,
+                                                 double tilt,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Gives the head camera's lens over zoom: aims then have a zoom. Its errors are taken as independent
+ * of the rig's axes and encoders.
+ *
+ * @param pointing The pointing.
+ * @param curve    The curve, of the rig's image size; it is copied.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_set_zoom_curve(ptzcal_pointing *pointing,
+                                             const ptzcal_zoom_curve *curve,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Says how far the head reaches: aims beyond are refused.
+ *
+ * @param pointing The pointing.
+ * @param pan_min  Least reading of pan, radians.
+ * @param pan_max  Greatest reading of pan, radians.
+ * @param tilt_min Least reading of tilt, radians.
+ * @param tilt_max Greatest reading of tilt, radians.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_set_reach(ptzcal_pointing *pointing,
+                                        double pan_min,
+                                        double pan_max,
+                                        double tilt_min,
+                                        double tilt_max,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The targets are on a plane n . x = distance of the world: the floor, the road, a wall.
+ *
+ * @param pointing    The pointing.
+ * @param normal      3 numbers, of any length but 0.
+ * @param distance    Metres times the normal's length.
+ * @param covariance  16 numbers, 4 x 4 row-major, positive semi-definite: of the unit normal's three
+ *                    components and the distance (metres); may be NULL: the plane is exact, but for
+ *                    what `measured_by` makes of it.
+ * @param measured_by A ptzcal_measured_by.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_set_plane(ptzcal_pointing *pointing,
+                                        const double *normal,
+                                        double distance,
+                                        const double *covariance,
+                                        uint32_t measured_by,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The targets are on the surface that a point cloud samples. The cloud is copied and arranged once: a
+ * second or two for a million points.
+ *
+ * @param pointing    The pointing.
+ * @param xyz         n x 3 numbers: points in the world, metres.
+ * @param covariances n x 9 numbers: of each point, row-major, positive semi-definite, m^2; may be
+ *                    NULL: estimated from the points' scatter.
+ * @param n           Number of points, at least 4.
+ * @param measured_by A ptzcal_measured_by.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NOT_FINITE (index: the
+ *         point); PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_set_cloud(ptzcal_pointing *pointing,
+                                        const double *xyz,
+                                        const double *covariances,
+                                        size_t n,
+                                        uint32_t measured_by,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The targets are at a known distance along their rays, from whichever camera sees the pixel.
+ *
+ * @param pointing The pointing.
+ * @param metres   The distance, positive.
+ * @param sigma    Its standard deviation, metres; 0: exact.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_set_distance(ptzcal_pointing *pointing,
+                                           double metres,
+                                           double sigma,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Where to turn the head, and how far to zoom, so that its camera shows at its picture's centre what the
+ * fixed camera shows at a pixel.
+ *
+ * @param pointing      The pointing.
+ * @param uv            2 numbers: a pixel of the fixed camera.
+ * @param uv_covariance 3 numbers: xx, xy, yy, px^2, positive semi-definite; may be NULL: the pixel is
+ *                      exact.
+ * @param probability   With which the whole target is to be in the picture, between 0 and 1.
+ * @param target_size   Diameter of the target, metres; 0 for a point.
+ * @param aim           Receives the aim; set up by ptzcal_aim_init.
+ * @param error         Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (a pixel outside the picture, a
+ *         probability or size that is none); PTZCAL_STATUS_OUTSIDE_LENS; PTZCAL_STATUS_UNREACHABLE:
+ *         a pixel above the plane's horizon, one so near to it that its distance is known to no
+ *         better than 20 %, or an aim that the head cannot reach; PTZCAL_STATUS_NOT_FOUND: the cloud
+ *         has no surface near the ray; PTZCAL_STATUS_BAD_STATE: neither plane nor cloud nor distance
+ *         is set.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_aim(const ptzcal_pointing *pointing,
+                                  const double *uv,
+                                  const double *uv_covariance,
+                                  double probability,
+                                  double target_size,
+                                  ptzcal_aim *aim,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Where the fixed camera sees what the head camera sees at a pixel.
+ *
+ * @param pointing      The pointing.
+ * @param pan           Reading of the head, radians.
+ * @param tilt          Reading of the head, radians.
+ * @param zoom          Zoom on the curve's scale; without a curve it does not matter.
+ * @param uv            2 numbers: a pixel of the head camera.
+ * @param uv_covariance 3 numbers: xx, xy, yy, px^2, positive semi-definite; may be NULL: the pixel is
+ *                      exact.
+ * @param located       Receives the location; set up by ptzcal_located_init.
+ * @param error         Receives the error; may be NULL.
+ * @return As ptzcal_pointing_aim; PTZCAL_STATUS_UNREACHABLE also for a point outside the fixed
+ *         camera's picture, PTZCAL_STATUS_BEHIND_CAMERA for one that it cannot see.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_locate(const ptzcal_pointing *pointing,
+                                     double pan,
+                                     double tilt,
+                                     double zoom,
+                                     const double *uv,
+                                     const double *uv_covariance,
+                                     ptzcal_located *located,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The part of the fixed camera's picture in which what the head camera sees at a pixel can be, its depth
+ * unknown: of 65 places evenly spread in inverse distance those that are in the picture, nearest first.
+ *
+ * @param pointing      The pointing.
+ * @param pan           Reading of the head, radians.
+ * @param tilt          Reading of the head, radians.
+ * @param zoom          Zoom on the curve's scale; without a curve it does not matter.
+ * @param uv            2 numbers: a pixel of the head camera.
+ * @param uv_covariance 3 numbers: xx, xy, yy, px^2, positive semi-definite; may be NULL: the pixel is
+ *                      exact.
+ * @param nearest       Metres, positive.
+ * @param farthest      Metres; INFINITY is far enough.
+ * @param buffer        Receives 6 numbers a place: distance from the head camera's centre (metres), u,
+ *                      v, and xx, xy, yy of the pixel (px^2); may be NULL when capacity is 0.
+ * @param capacity      Numbers that fit.
+ * @param needed        Receives how many numbers there are; may be NULL.
+ * @param error         Receives the error; may be NULL.
+ * @return As ptzcal_pointing_locate; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_copy_located_along(const ptzcal_pointing *pointing,
+                                                 double pan,
+                                                 double tilt,
+                                                 double zoom,
+                                                 const double *uv,
+                                                 const double *uv_covariance,
+                                                 double nearest,
+                                                 double farthest,
+                                                 double *buffer,
+                                                 size_t capacity,
+                                                 size_t *needed,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The ellipse about a Gaussian's mean that holds it with a probability: of a pixel, or of pan and tilt.
+ *
+ * @param covariance  3 numbers: xx, xy, yy, positive semi-definite.
+ * @param probability Between 0 and 1.
+ * @param semi_axes   Receives 2 numbers: the longer half axis and the shorter, in the covariance's
+ *                    units.
+ * @param angle       Receives the longer axis's angle from x towards y, radians, from -pi/2 to pi/2.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_ellipse(const double *covariance,
+                             double probability,
+                             double *semi_axes,
+                             double *angle,
+                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Pointing: depth unknown
+ *
+ * Where the head would have to look along the ray of a fixed camera's pixel whose depth is unknown: the
+ * curve of pan and tilt, a zoom that shows all of it, or the steps that sweep it.
+ * ============================================================================================= */
+
+/** Where the target of a pixel may be. Immutable: any number of threads may read it. */
+typedef struct ptzcal_sweep ptzcal_sweep;
+
+/** What a sweep comes to. */
+typedef struct ptzcal_sweep_summary {
+  /** Set by ptzcal_sweep_summary_init. */
+  uint32_t struct_size;
+  /** Pictures that together show the whole curve; 1: one does. */
+  uint32_t steps;
+  /** Points of the curve. */
+  uint32_t points;
+  /** 1 when there is a zoom curve, and `zoom` is set. */
+  uint32_t has_zoom;
+  /** Least reading of pan on the curve, radians. */
+  double pan_min;
+  /** Greatest reading of pan, radians. */
+  double pan_max;
+  /** Least reading of tilt, radians. */
+  double tilt_min;
+  /** Greatest reading of tilt, radians. */
+  double tilt_max;
+  /** The middle of the range, radians. */
+  double middle_pan;
+  /** The middle of the range, radians. */
+  double middle_tilt;
+  /** The tightest zoom of one picture, the widest of several. */
+  double zoom;
+  /** Of the whole target being in one of the pictures, at the worst distance. */
+  double probability;
+} ptzcal_sweep_summary;
+
+/**
+ * Sets up a summary: everything 0.
+ *
+ * @param summary The struct.
+ * @param size    sizeof *summary.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sweep_summary_init(ptzcal_sweep_summary *summary,
+                                        size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * What to do about a pixel of the fixed camera whose depth is unknown, but for its nearest and farthest
+ * distance from that camera.
+ *
+ * @param pointing      The pointing.
+ * @param uv            2 numbers: a pixel of the fixed camera.
+ * @param uv_covariance 3 numbers: xx, xy, yy, px^2, positive semi-definite; may be NULL: the pixel is
+ *                      exact.
+ * @param nearest       Metres, positive.
+ * @param farthest      Metres; INFINITY is far enough.
+ * @param probability   With which the whole target is to be in the picture, between 0 and 1.
+ * @param target_size   Diameter of the target, metres; 0 for a point.
+ * @param sweep         Receives the sweep; free it with ptzcal_sweep_free.
+ * @param error         Receives the error; may be NULL.
+ * @return As ptzcal_pointing_aim, but for what concerns the depth; PTZCAL_STATUS_INVALID_ARGUMENT
+ *         for a range that is none.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_sweep(const ptzcal_pointing *pointing,
+                                    const double *uv,
+                                    const double *uv_covariance,
+                                    double nearest,
+                                    double farthest,
+                                    double probability,
+                                    double target_size,
+                                    ptzcal_sweep **sweep,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a sweep.
+ *
+ * @param sweep The sweep; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_sweep_free(ptzcal_sweep *sweep) PTZCAL_NOEXCEPT;
+
+/**
+ * What a sweep comes to.
+ *
+ * @param sweep   The sweep.
+ * @param summary Receives the summary; set up by ptzcal_sweep_summary_init.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sweep_get_summary(const ptzcal_sweep *sweep,
+                                       ptzcal_sweep_summary *summary,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The pictures that together show the whole curve, nearest first.
+ *
+ * @param sweep    The sweep.
+ * @param buffer   Receives pan and tilt of each, radians; may be NULL when capacity is 0.
+ * @param capacity Numbers that fit.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
 ptzcal_status ptzcal_sweep_copy_steps(const ptzcal_sweep *sweep,
                                       double *buffer,
                                       size_t capacity,
@@ -10414,32 +10981,15 @@ ptzcal_status ptzcal_sweep_copy_steps(const ptzcal_sweep *sweep,
  * @param needed   Receives how many numbers there are; may be NULL.
  * @param error    Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
->>>>>>> pointing
  *
  * Threads: shared.
  * Since 0.1.0.
  */
-<<<<<<< HEAD
-ptzcal_status ptzcal_next_shots(const ptzcal_site *site,
-                                const double *scanned,
-                                size_t n,
-                                const ptzcal_region *candidates,
-                                double head_sigma,
-                                double fixed_sigma,
-                                double target,
-                                uint32_t count,
-                                double *now,
-                                double *buffer,
-                                size_t capacity,
-                                size_t *needed,
-                                ptzcal_error **error) PTZCAL_NOEXCEPT;
-=======
 ptzcal_status ptzcal_sweep_copy_curve(const ptzcal_sweep *sweep,
                                       double *buffer,
                                       size_t capacity,
                                       size_t *needed,
                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
->>>>>>> pointing
 
 /* ================================================================================================
  * Files

@@ -20,9 +20,12 @@ mod lines;
 mod meva;
 mod model;
 mod outliers;
+#[path = "../../tests/support/pcd.rs"]
+mod pcd;
 mod real;
 mod settle;
 mod simulated;
+mod stations;
 mod study;
 #[path = "../../tests/support/thesis.rs"]
 mod thesis;
@@ -90,6 +93,9 @@ fn main() -> std::io::Result<()> {
     }
     if wanted("settle") {
         settle::run(scale(500), &mut report);
+    }
+    if wanted("stations") {
+        stations::run(scale(400), &mut report);
     }
     if wanted("real") {
         real::run(&mut report);

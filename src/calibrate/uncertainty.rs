@@ -2,14 +2,14 @@
 //! and points where those rays end, each with a first-order covariance.
 
 use nalgebra::{
-    Const, Dyn, Matrix2, Matrix2x3, Matrix2xX, Matrix3, Matrix3x6, Matrix6, Matrix6x2, Matrix6xX, OMatrix, SMatrix,
-    Vector2, Vector3,
+    Const, DMatrix, Dyn, Matrix2, Matrix2x3, Matrix2xX, Matrix3, Matrix3x6, Matrix6, Matrix6x2, Matrix6xX, OMatrix,
+    SMatrix, Vector2, Vector3,
 };
 
 use super::Calibration;
 use crate::error::{Error, Result};
 use crate::geometry::camera::Projection;
-use crate::geometry::{Plane, Ray};
+use crate::geometry::{Camera, Plane, Ray};
 
 /// Where a point is seen.
 #[derive(Debug, Clone, Copy, PartialEq)]

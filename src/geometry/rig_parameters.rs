@@ -301,11 +301,11 @@ mod tests {
         let point = |rig: &RigModel| rig.measure(pan, tilt, &spot, &covariance).unwrap().point;
         let weight = covariance.try_inverse().unwrap();
         let by = rig().measured_point_by(pan, tilt, point(&rig()).rho, &weight).unwrap();
-        for i in 0..RIG_PARAMETERS {
+        for (i, by) in by.iter().enumerate() {
             let (plus, minus) = (point(&stepped(i, h)).point().unwrap(), point(&stepped(i, -h)).point().unwrap());
             let numeric = (plus - minus) / (2.0 * h);
             let name = RigParameter::ALL[i].name();
-            assert!((by[i] - numeric).norm() < 2e-3 * (1.0 + numeric.norm()), "{name}: {} {numeric}", by[i]);
+            assert!((by - numeric).norm() < 2e-3 * (1.0 + numeric.norm()), "{name}: {by} {numeric}");
         }
     }
 }

@@ -227,11 +227,11 @@ fn test_unchanged(pairs: &[Option<Pair>], states: &mut [ShotState], options: &He
         }
     }
     let rest = used(&without);
-    if steady.len() - rest.len() <= (MOST_OUTLIERS * steady.len() as f64) as usize {
-        if let Some(second) = test(&rest, options).filter(|t| t.unchanged) {
-            states.copy_from_slice(&without);
-            return Some(second);
-        }
+    if steady.len() - rest.len() <= (MOST_OUTLIERS * steady.len() as f64) as usize
+        && let Some(second) = test(&rest, options).filter(|t| t.unchanged)
+    {
+        states.copy_from_slice(&without);
+        return Some(second);
     }
     Some(first)
 }

@@ -88,6 +88,7 @@ pub(super) fn fire(
         tried_with,
         longest_on: 0.0,
         start,
+        watches: Vec::new(),
     };
     let end = match run(&mut scanner, total, next, progress) {
         Ok(ControlFlow::Continue(())) => ScanEnd::Complete,

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 66] = [
+const TOPICS: [&str; 68] = [
     "version",
     "status",
     "error",
@@ -42,6 +42,8 @@ const TOPICS: [&str; 66] = [
     "rgbd",
     "roof_edges",
     "pose",
+    "planes",
+    "registration",
     "devices",
     "simulator",
     "angle_map",

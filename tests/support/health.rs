@@ -174,10 +174,10 @@ fn check(
         let i = list.len();
         after.obstacle = if i < obstacles { 0.5 } else { 0.0 };
         let (head_again, mut fixed_again) = fire(&after, s.pan, s.tilt, noise);
-        if i < outliers {
-            if let Some(f) = &mut fixed_again {
-                f.pixel += Vector2::new(30.0, -20.0) * (1.0 + noise.uniform());
-            }
+        if i < outliers
+            && let Some(f) = &mut fixed_again
+        {
+            f.pixel += Vector2::new(30.0, -20.0) * (1.0 + noise.uniform());
         }
         if i >= left {
             fixed_again = None;

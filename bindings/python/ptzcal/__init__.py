@@ -60,6 +60,17 @@ from .lines import (
 )
 from .pictures import DepthMap, Picture, read_image
 from .pointing import Aim, Located, MeasuredBy, Pointing, Sweep, ellipse
+from .planes import (
+    Plane,
+    Planes,
+    PlanesNotFound,
+    StationPose,
+    StationsAmbiguous,
+    StationsNotMatched,
+    common_roof_edges,
+    register_matched_planes,
+    register_stations,
+)
 from .pose import Pose, PoseMethod, RoofEdges, estimate_pose_roof_edges
 from .probe import Figure, ProbeFigure, ProbeReport, learn_angles, probe
 from .rgbd import Rgbd, RgbdLinePairs, RgbdPairs, RgbdView
@@ -148,6 +159,9 @@ __all__ = [
     "Plan",
     "PlannedShots",
     "Pointing",
+    "Plane",
+    "Planes",
+    "PlanesNotFound",
     "Pose",
     "PoseMethod",
     "PrecisionLabel",
@@ -179,6 +193,9 @@ __all__ = [
     "SpotAmbiguous",
     "SpotNotFound",
     "SpotOptions",
+    "StationPose",
+    "StationsAmbiguous",
+    "StationsNotMatched",
     "Status",
     "Study",
     "StudyCell",
@@ -199,6 +216,7 @@ __all__ = [
     "calibrate_laser_line",
     "check_health",
     "choose_health_shots",
+    "common_roof_edges",
     "detect_chessboard",
     "detect_edges",
     "detect_line_segments",
@@ -216,5 +234,7 @@ __all__ = [
     "probe",
     "radial_alignment",
     "read_image",
+    "register_matched_planes",
+    "register_stations",
     "version",
 ]
