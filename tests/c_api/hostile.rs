@@ -36,7 +36,11 @@ fn good(found: &Declarations, f: &Function, p: &Param) -> String {
         "void *" => "NULL".into(),
         kind if kind.ends_with("_fn") => fixture(kind),
         kind => match (kind.strip_suffix(" **"), kind.strip_suffix(" *")) {
-            (Some(handle), _) if found.handles.iter().any(|h| h == handle) => format!("&made_{}", &handle[7..]),
+            (Some(handle), _) if found.handles.iter().any(|h| h == handle) => {
+                // A second one of its kind has a place of its own.
+                let first = f.params.iter().find(|q| q.kind == p.kind).is_none_or(|q| q.name == p.name);
+                format!("&{}_{}", if first { "made" } else { "other" }, &handle[7..])
+            }
             (_, Some(kind)) => fixture(kind),
             _ => panic!("{}: no good value is known for '{kind}': add it to hostile.rs", f.name),
         },
@@ -123,11 +127,11 @@ static void *sized(uint32_t size) { taint(garbage, sizeof garbage); garbage[0] =
 "#,
     );
     for h in &found.handles {
-        writeln!(code, "static {h} *made_{};", &h[7..]).unwrap();
+        writeln!(code, "static {h} *made_{0}, *other_{0};", &h[7..]).unwrap();
     }
     code += "\nstatic void before(void)\n{\n  taint(output, sizeof output);\n";
     for h in &found.handles {
-        writeln!(code, "  made_{} = NULL;", &h[7..]).unwrap();
+        writeln!(code, "  made_{0} = other_{0} = NULL;", &h[7..]).unwrap();
     }
     code += r#"}
 
@@ -144,7 +148,7 @@ static void after(const char *about, ptzcal_status status, int as_wanted)
     for h in found.handles.iter().filter(|h| *h != "ptzcal_error") {
         writeln!(
             code,
-            "    if (made_{}) {{ fprintf(stderr, \"%s: a handle came out\\n\", about); exit(1); }}",
+            "    if (made_{0} || other_{0}) {{ fprintf(stderr, \"%s: a handle came out\\n\", about); exit(1); }}",
             &h[7..]
         )
         .unwrap();
@@ -152,12 +156,14 @@ static void after(const char *about, ptzcal_status status, int as_wanted)
     code += "  }\n";
     for h in &found.handles {
         let ends = found.functions.iter().any(|f| f.name == format!("{h}_close"));
-        let end = if ends {
-            format!("(void){h}_close(made_{}, NULL)", &h[7..])
-        } else {
-            format!("{h}_free(made_{})", &h[7..])
-        };
-        writeln!(code, "  {end};").unwrap();
+        for made in ["made", "other"] {
+            let end = if ends {
+                format!("(void){h}_close({made}_{}, NULL)", &h[7..])
+            } else {
+                format!("{h}_free({made}_{})", &h[7..])
+            };
+            writeln!(code, "  {end};").unwrap();
+        }
     }
     code += r#"}
 
