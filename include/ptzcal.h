@@ -4442,6 +4442,524 @@ ptzcal_status ptzcal_pose_estimate_copy_covariance(const ptzcal_pose_estimate *e
                                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+ * Planes of scans
+ *
+ * The planes that a station sees (walls, floor, ceiling, faces of furniture), found in points, in laser
+ * shots or in depths, or fitted to regions that you name; each with its covariance, where it was
+ * measured, and which measurements belong to it. Two stations' planes give the pose between them:
+ * ptzcal_register_stations.
+ *
+ * A plane is n . X = 1 in the station's frame: n is the unit normal, away from the station, over the
+ * distance. A plane through the station itself cannot be seen from it and is left out.
+ * ============================================================================================= */
+
+/** The planes of one station. Immutable: any number of threads may read it. */
+typedef struct ptzcal_planes ptzcal_planes;
+
+/** How planes are found. */
+typedef struct ptzcal_planes_options {
+  /** Set by ptzcal_planes_options_init. */
+  uint32_t struct_size;
+  /** Least number of measurements that make a plane, 4 or more. */
+  uint32_t min_points;
+  /** Most planes, 1 to 1000. */
+  uint32_t max_planes;
+  /** 0. */
+  uint32_t reserved;
+  /** Seed of the search: the same input and seed give the same planes. */
+  uint64_t seed;
+  /** Standard deviations within which a measurement belongs to a plane. */
+  double threshold;
+  /**
+   * Standard deviation of real surfaces from planes, metres; added to that of the measurements. State
+   * systematic errors of the instrument here too.
+   */
+  double flatness;
+  /** Least share of the measurements that make a plane, 0 to 1. */
+  double min_share;
+  /** What is nearer to the station is left out (its own parts), metres. */
+  double min_range;
+  /** What is farther is left out, metres; may be infinite. */
+  double max_range;
+} ptzcal_planes_options;
+
+/** One plane of a station. */
+typedef struct ptzcal_plane {
+  /** Set by ptzcal_plane_init. */
+  uint32_t struct_size;
+  /** Measurements that belong to it. */
+  uint32_t count;
+  /** n . X = 1: the unit normal, away from the station, over the distance, 1 / m. */
+  double n[3];
+  /** Of n, row-major, 1 / m^2. Larger than that of independent noise where the surface is not even. */
+  double covariance[9];
+  /** Middle of its measurements, on the plane, metres. */
+  double centre[3];
+  /** Two unit vectors in the plane, one after the other, that of the larger extent first. */
+  double axes[6];
+  /**
+   * How far the measurements reach along the first axis, from where to where as seen from the centre,
+   * and along the second, metres; one in a hundred lies beyond each end.
+   */
+  double extent[4];
+  /** What of it is covered by measurements, m^2. */
+  double area;
+  /** Root mean square distance of the measurements from it, metres. */
+  double rms;
+  /** Root of chi-square over its degrees of freedom: about 1 when the stated noise was right. */
+  double noise_factor;
+} ptzcal_plane;
+
+/**
+ * Sets up options: three standard deviations, surfaces flat to 5 mm, planes of 0.3 % of the measurements
+ * and of 25 at least, at any distance.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_options_init(ptzcal_planes_options *options,
+                                         size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds the planes of a cloud of points, in the frame of the station that measured them.
+ *
+ * @param xyz     n x 3 numbers: points, metres; they may be infinite or NaN: those are passed over.
+ * @param n       Number of points.
+ * @param sigma   Standard deviation of the points in each direction, metres; 0: estimated from
+ *                neighbours.
+ * @param options The options; may be NULL: the defaults.
+ * @param planes  Receives the planes; free them with ptzcal_planes_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NOT_FOUND when there is no plane;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_DEGENERATE
+ *         when sigma cannot be estimated.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_find_points(const double *xyz,
+                                        size_t n,
+                                        double sigma,
+                                        const ptzcal_planes_options *options,
+                                        ptzcal_planes **planes,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds the planes of laser shots, in the rig's frame. Spots at or beyond infinity are passed over.
+ *
+ * @param model           The rig model.
+ * @param pan_tilt        n x 2 numbers: readings at each shot, radians.
+ * @param spots           n x 2 numbers: the spot's pixel in the head camera.
+ * @param spot_covariance n x 3 numbers: xx, xy, yy, px^2; may be NULL: 1 px, uncorrelated.
+ * @param n               Number of shots.
+ * @param options         The options; may be NULL: the defaults.
+ * @param planes          Receives the planes; free them with ptzcal_planes_free.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NOT_FOUND when there is no plane;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_find_shots(const ptzcal_rig_model *model,
+                                       const double *pan_tilt,
+                                       const double *spots,
+                                       const double *spot_covariance,
+                                       size_t n,
+                                       const ptzcal_planes_options *options,
+                                       ptzcal_planes **planes,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds the planes of a depth map, in the camera's frame. The camera's pose plays no part. The labels
+ * (ptzcal_planes_copy_labels) are the pixels', row by row.
+ *
+ * @param map                 The depths.
+ * @param camera              The camera that they are of.
+ * @param inverse_depth_sigma Standard deviation of inverse depths, 1/m: for cameras that triangulate.
+ * @param depth_sigma         Standard deviation of depths besides, metres.
+ * @param options             The options; may be NULL: the defaults.
+ * @param planes              Receives the planes; free them with ptzcal_planes_free.
+ * @param error               Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NOT_FOUND when there is no plane;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_find_depths(const ptzcal_depth_map *map,
+                                        const ptzcal_camera *camera,
+                                        double inverse_depth_sigma,
+                                        double depth_sigma,
+                                        const ptzcal_planes_options *options,
+                                        ptzcal_planes **planes,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Fits one plane to each region of a cloud of points, in the order of the regions. Up to half of a
+ * region may be something else.
+ *
+ * @param xyz     n x 3 numbers: points, metres; they may be infinite or NaN: those are passed over.
+ * @param n       Number of points.
+ * @param sigma   Standard deviation of the points in each direction, metres; 0: estimated from how far
+ *                they are from their planes.
+ * @param region_of n numbers: the region of each point, from 0; -1: of none.
+ * @param regions Number of regions, 1 to 1000.
+ * @param options The options; may be NULL: the defaults.
+ * @param planes  Receives the planes; free them with ptzcal_planes_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NO_CONSENSUS when half of a region
+ *         is on no plane; PTZCAL_STATUS_DEGENERATE for a region on one line or a plane through the
+ *         station; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE. The error's index is the
+ *         region's number.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_fit_points(const double *xyz,
+                                       size_t n,
+                                       double sigma,
+                                       const int32_t *region_of,
+                                       uint32_t regions,
+                                       const ptzcal_planes_options *options,
+                                       ptzcal_planes **planes,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Fits one plane to each region of laser shots, in the order of the regions. Up to half of a region may
+ * be something else.
+ *
+ * @param model           The rig model.
+ * @param pan_tilt        n x 2 numbers: readings at each shot, radians.
+ * @param spots           n x 2 numbers: the spot's pixel in the head camera.
+ * @param spot_covariance n x 3 numbers: xx, xy, yy, px^2; may be NULL: 1 px, uncorrelated.
+ * @param n               Number of shots.
+ * @param region_of       n numbers: the region of each shot, from 0; -1: of none.
+ * @param regions         Number of regions, 1 to 1000.
+ * @param options         The options; may be NULL: the defaults.
+ * @param planes          Receives the planes; free them with ptzcal_planes_free.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NO_CONSENSUS when half of a region
+ *         is on no plane; PTZCAL_STATUS_DEGENERATE for a region on one line or a plane through the
+ *         station; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE. The error's index is the
+ *         region's number.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_fit_shots(const ptzcal_rig_model *model,
+                                      const double *pan_tilt,
+                                      const double *spots,
+                                      const double *spot_covariance,
+                                      size_t n,
+                                      const int32_t *region_of,
+                                      uint32_t regions,
+                                      const ptzcal_planes_options *options,
+                                      ptzcal_planes **planes,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees planes.
+ *
+ * @param planes The planes; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_planes_free(ptzcal_planes *planes) PTZCAL_NOEXCEPT;
+
+/**
+ * How many planes there are.
+ *
+ * @param planes The planes.
+ * @param count  Receives their number.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_count(const ptzcal_planes *planes,
+                                  uint32_t *count,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a plane: all zero.
+ *
+ * @param plane The struct.
+ * @param size  sizeof *plane.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_plane_init(ptzcal_plane *plane, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * One plane: those that were found come the most significant first, those of regions in their order.
+ *
+ * @param planes The planes.
+ * @param index  Which one, from 0.
+ * @param plane  Receives the plane; set up by ptzcal_plane_init.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for an index that is none.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_get(const ptzcal_planes *planes,
+                                uint32_t index,
+                                ptzcal_plane *plane,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the plane of each measurement (point, shot or pixel) that was handed in: its number, or -1.
+ *
+ * @param planes   The planes.
+ * @param buffer   Receives the numbers; may be NULL when capacity is 0.
+ * @param capacity Numbers that fit.
+ * @param needed   Receives the number of measurements; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: nothing was copied.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_copy_labels(const ptzcal_planes *planes,
+                                        int32_t *buffer,
+                                        size_t capacity,
+                                        size_t *needed,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The standard deviation of the points, metres: as stated, or as estimated; 0 for shots and depths,
+ * which have each their own.
+ *
+ * @param planes The planes.
+ * @param sigma  Receives the standard deviation.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_sigma(const ptzcal_planes *planes,
+                                  double *sigma,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Poses between stations by planes
+ *
+ * The pose of one station in another's frame from the planes that both saw, without being told which
+ * are the same. Poses that bring planes together are judged by what the stations saw: a surface of one
+ * must not lie where the other saw through. What is ambiguous (an empty room, turned by half a turn, looks
+ * like itself), or what nothing confirms, is refused and never guessed; a rough pose as prior settles it.
+ * What the planes leave free (parallel walls, a corridor) is refused with directions in the message.
+ * ============================================================================================= */
+
+/**
+ * A pose between two stations, and the planes that it is from. Immutable: any number of threads may
+ * read it.
+ */
+typedef struct ptzcal_registration ptzcal_registration;
+
+/** How two stations are registered. */
+typedef struct ptzcal_station_options {
+  /** Set by ptzcal_station_options_init. */
+  uint32_t struct_size;
+  /** 1: only poses within three standard deviations of the prior are considered; 0: all. */
+  uint32_t has_prior;
+  /** Planes are the same that, registered, differ by no more than this angle, radians, to 0.3. */
+  double max_angle;
+  /** And by no more than this in their distance, metres. */
+  double max_distance;
+  /** Of the places that both stations saw, the least share where both saw a surface, 0 to 1. */
+  double min_agreement;
+  /** Another pose that scores this share of the best one's score makes it ambiguous, 0 to 1. */
+  double max_runner_up;
+  /** R of the prior, row-major, in X_a = R X_b + t. */
+  double prior_rotation[9];
+  /** t of the prior, metres. */
+  double prior_translation[3];
+  /** Standard deviation of the angle by which the prior may be off, radians. */
+  double prior_rotation_sigma;
+  /** Standard deviation of the distance by which its position may be off, metres. */
+  double prior_position_sigma;
+} ptzcal_station_options;
+
+/** The pose of station b in station a's frame, from planes. */
+typedef struct ptzcal_station_pose {
+  /** Set by ptzcal_station_pose_init. */
+  uint32_t struct_size;
+  /** Pairs of planes that are the same. */
+  uint32_t matches;
+  /** R, row-major, in X_a = R X_b + t. */
+  double rotation[9];
+  /** t, metres: the position of station b in station a's frame. */
+  double translation[3];
+  /**
+   * 6 x 6, row-major: of the rotation vector w in R <- exp([w]x) R (radians, axes of station a) and of
+   * the translation (metres). Larger where the planes' differences contradict their covariances.
+   */
+  double covariance[36];
+  /** Sum of squares of the planes' differences, in their standard deviations. */
+  double chi2;
+  /** Three for each pair of planes, less six. */
+  double degrees_of_freedom;
+  /** How much better the best-determined direction is than the worst; 1 at best. */
+  double condition;
+  /** Of the places that both stations saw, the share where both saw a surface. */
+  double agreement;
+  /** The score of the best other pose, relative to this one's; 0 where there is none. */
+  double runner_up;
+} ptzcal_station_pose;
+
+/**
+ * Sets up options: planes within 4 degrees and 0.1 m are the same, 93 % of the places agree, no prior.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_station_options_init(ptzcal_station_options *options,
+                                          size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds the pose between two stations from the planes that both saw. Any number of other planes, and of
+ * parallel ones, may be among them.
+ *
+ * @param station_a The first station's planes.
+ * @param station_b The second station's, in any order.
+ * @param options   The options; may be NULL: the defaults.
+ * @param result    Receives the registration; free it with ptzcal_registration_free.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_DEGENERATE for planes that leave a part of the pose
+ *         unobservable (the message says which, with directions in station a's or b's frame);
+ *         PTZCAL_STATUS_NOT_FOUND when no pose brings three planes in three directions together and
+ *         agrees with what the stations saw; PTZCAL_STATUS_AMBIGUOUS when another pose agrees as well,
+ *         or when nothing confirms the only one; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_register_stations(const ptzcal_planes *station_a,
+                                       const ptzcal_planes *station_b,
+                                       const ptzcal_station_options *options,
+                                       ptzcal_registration **result,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The pose between two stations from planes that are known to be the same.
+ *
+ * @param station_a The first station's planes.
+ * @param station_b The second station's.
+ * @param pairs     n x 2 numbers: a plane of station a, and the same one of station b.
+ * @param n         Number of pairs, at least 3.
+ * @param result    Receives the registration; free it with ptzcal_registration_free.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_DEGENERATE for planes that leave a part of the pose
+ *         unobservable (the message says which); PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_register_matched_planes(const ptzcal_planes *station_a,
+                                             const ptzcal_planes *station_b,
+                                             const uint32_t *pairs,
+                                             size_t n,
+                                             ptzcal_registration **result,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a registration.
+ *
+ * @param registration The registration; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_registration_free(ptzcal_registration *registration) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a pose: the identity.
+ *
+ * @param pose The struct.
+ * @param size sizeof *pose.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_station_pose_init(ptzcal_station_pose *pose,
+                                       size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * The pose.
+ *
+ * @param registration The registration.
+ * @param pose         Receives the pose; set up by ptzcal_station_pose_init.
+ * @param error        Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_registration_get(const ptzcal_registration *registration,
+                                      ptzcal_station_pose *pose,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the pairs of planes that are the same: of each pair the number in station a, then in station b.
+ *
+ * @param registration The registration.
+ * @param buffer       Receives 2 numbers for each pair; may be NULL when capacity is 0.
+ * @param capacity     Numbers that fit.
+ * @param needed       Receives twice the number of pairs; may be NULL.
+ * @param error        Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: nothing was copied.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_registration_copy_matches(const ptzcal_registration *registration,
+                                               uint32_t *buffer,
+                                               size_t capacity,
+                                               size_t *needed,
+                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes the roof edges where the matched planes meet, the same ones in the same order for both stations:
+ * for ptzcal_estimate_pose_roof_edges.
+ *
+ * @param registration The registration.
+ * @param station_a    The planes that it was made from.
+ * @param station_b    Those of the other station.
+ * @param min_angle    Planes that meet at less than this make no edge, radians, 0 to pi/2.
+ * @param edges_a      Receives station a's edges; free them with ptzcal_roof_edges_free.
+ * @param edges_b      Receives station b's edges; free them with ptzcal_roof_edges_free.
+ * @param error        Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT, also for planes of another registration.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_registration_roof_edges(const ptzcal_registration *registration,
+                                             const ptzcal_planes *station_a,
+                                             const ptzcal_planes *station_b,
+                                             double min_angle,
+                                             ptzcal_roof_edges **edges_a,
+                                             ptzcal_roof_edges **edges_b,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
  * Devices of the host
  *
  * A host that owns its cameras and its PTZ control hands them in as callbacks. All callbacks of a

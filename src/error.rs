@@ -97,7 +97,7 @@ impl Degeneracy {
             Self::OneDistance => {
                 "the boards are at one distance: add views nearer and farther, over all depths of the work"
             }
-            Self::Parallel => "the edges are (nearly) parallel: add an edge in another direction",
+            Self::Parallel => "the edges or planes are (nearly) parallel: add one in another direction",
             Self::Concurrent => "the lines all meet in one point: add lines that pass it by, or two points",
             Self::IllConditioned => "the geometry is nearly singular: add points at other depths and directions",
         }
@@ -148,8 +148,20 @@ pub enum Error {
     #[error("camera {index}: {source}")]
     Camera { index: usize, source: Box<Error> },
 
+    /// One of several regions of measurements failed.
+    #[error("region {index}: {source}")]
+    Region { index: usize, source: Box<Error> },
+
     #[error("not found: {reason}")]
     NotFound { reason: String },
+    #[error("no plane in {measurements} measurements")]
+    NoPlanes { measurements: usize },
+    /// Two stations' planes do not match.
+    #[error("the stations share too few planes: {reason}")]
+    NoSharedPlanes { reason: String },
+    /// Two stations' planes match in more than one way.
+    #[error("the pose between the stations is ambiguous: {reason}")]
+    AmbiguousStations { reason: String },
     #[error("ambiguous: {reason}")]
     Ambiguous { reason: String },
     #[error("no chessboard: {reason}")]
@@ -220,9 +232,14 @@ impl Error {
         Self::Camera { index, source: Box::new(source) }
     }
 
+    /// The fault of one region among several.
+    pub fn in_region(index: usize, source: Self) -> Self {
+        Self::Region { index, source: Box::new(source) }
+    }
+
     pub fn status(&self) -> Status {
         match self {
-            Self::Camera { source, .. } => source.status(),
+            Self::Camera { source, .. } | Self::Region { source, .. } => source.status(),
             Self::InvalidArgument { .. } => Status::InvalidArgument,
             Self::NullPointer { .. } => Status::NullPointer,
             Self::NotFinite { .. } => Status::NotFinite,
@@ -239,8 +256,10 @@ impl Error {
             Self::BehindCamera { .. } => Status::BehindCamera,
             Self::Unreachable { .. } => Status::Unreachable,
             Self::OutsideLens { .. } => Status::OutsideLens,
-            Self::NotFound { .. } | Self::NoChessboard { .. } => Status::NotFound,
-            Self::Ambiguous { .. } | Self::ManyChessboards { .. } => Status::Ambiguous,
+            Self::NotFound { .. } | Self::NoChessboard { .. } | Self::NoPlanes { .. } | Self::NoSharedPlanes { .. } => {
+                Status::NotFound
+            }
+            Self::Ambiguous { .. } | Self::ManyChessboards { .. } | Self::AmbiguousStations { .. } => Status::Ambiguous,
             Self::Device { .. } => Status::Device,
             Self::DeviceLost { .. } => Status::DeviceLost,
             Self::DeviceTimeout { .. } => Status::DeviceTimeout,
@@ -269,7 +288,8 @@ impl Error {
             Self::NotFinite { index, .. }
             | Self::BehindCamera { index }
             | Self::OutsideLens { index }
-            | Self::Camera { index, .. } => Some(*index),
+            | Self::Camera { index, .. }
+            | Self::Region { index, .. } => Some(*index),
             _ => None,
         }
     }
@@ -277,7 +297,7 @@ impl Error {
     /// What the user can do about it, where there is something to say.
     pub fn hint(&self) -> Option<&'static str> {
         match self {
-            Self::Camera { source, .. } => source.hint(),
+            Self::Camera { source, .. } | Self::Region { source, .. } => source.hint(),
             Self::Degenerate { kind, .. } => Some(kind.hint()),
             Self::TooFewPoints { .. } => Some("add points spread over the image and over depth"),
             Self::TooFewSpots { .. } => Some("add pictures with the laser on, its spot on the board, near and far"),
@@ -297,6 +317,15 @@ impl Error {
             Self::Busy { .. } => Some("wait for the other call, or use a handle of your own for each thread"),
             Self::NotFound { .. } => Some("check exposure, the laser's power and the region of interest"),
             Self::Ambiguous { .. } => Some("give an off frame, a region of interest or the epipolar line"),
+            Self::NoPlanes { .. } => {
+                Some("measure larger flat surfaces more densely, or state the measurements' noise")
+            }
+            Self::NoSharedPlanes { .. } => {
+                Some("both stations must see the same three walls, floors or faces in different directions")
+            }
+            Self::AmbiguousStations { .. } => {
+                Some("give a rough pose as prior, or measure what makes the room differ from itself turned")
+            }
             Self::NoChessboard { .. } => {
                 Some("check the number of inner corners, focus and light; all four sides of the board must be in view")
             }

@@ -88,6 +88,16 @@ fn example_detects_a_spot() {
 }
 
 #[test]
+fn example_surveys_two_stations() {
+    if let Some(text) = run(&["examples/python/survey_two_stations.py"]) {
+        let line = text.lines().find_map(|l| l.strip_prefix("B is turned by ")).unwrap();
+        let angle: f64 = line.split(' ').next().unwrap().parse().unwrap();
+        assert!((angle - 1.1f64.to_degrees()).abs() < 0.1, "{text}");
+        assert!(text.lines().last().unwrap().starts_with("B is at ("), "{text}");
+    }
+}
+
+#[test]
 fn example_scans_the_simulator() {
     if let Some(text) = run(&["examples/python/scan_simulator.py", "16", "12"]) {
         let line = text.lines().last().unwrap();

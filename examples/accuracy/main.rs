@@ -19,9 +19,12 @@ mod lines;
 #[path = "../../tests/support/meva.rs"]
 mod meva;
 mod outliers;
+#[path = "../../tests/support/pcd.rs"]
+mod pcd;
 mod real;
 mod settle;
 mod simulated;
+mod stations;
 #[path = "../../tests/support/thesis.rs"]
 mod thesis;
 mod zoom;
@@ -82,6 +85,9 @@ fn main() -> std::io::Result<()> {
     }
     if wanted("settle") {
         settle::run(scale(500), &mut report);
+    }
+    if wanted("stations") {
+        stations::run(scale(400), &mut report);
     }
     if wanted("real") {
         real::run(&mut report);

@@ -196,7 +196,7 @@ impl<'a> Registration<'a> {
         let planes = self.matched_planes(normals);
         let (mut b_to_a, condition) = plane_to_plane(&planes)?;
         if self.options.method == PoseMethod::MaximumLikelihood {
-            b_to_a = maximum_likelihood(&planes, b_to_a)?;
+            b_to_a = maximum_likelihood(&planes, b_to_a)?.b_to_a;
         }
         let square = |((a, b), w): ((&Vector3<f64>, &Vector3<f64>), &f64)| w * (b_to_a.apply(b) - a).norm_squared();
         let total: f64 = points_a.iter().zip(&points_b).zip(&weights).map(square).sum();

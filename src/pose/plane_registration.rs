@@ -18,6 +18,30 @@ pub struct MatchedPlane {
 }
 
 impl MatchedPlane {
+    /// n in a's frame as b's estimate and a pose predict it, its derivatives by n in b's, by m = R n_b
+    /// and the covariance of the difference. n_a = m / (1 + m . t).
+    fn predicted(&self, b_to_a: &Rigid) -> Prediction {
+        let m = b_to_a.rotation * self.b;
+        let scale = 1.0 + m.dot(&b_to_a.translation);
+        let n = m / scale;
+        let by_m = (Matrix3::identity() - n * b_to_a.translation.transpose()) / scale;
+        let by_b = by_m * b_to_a.rotation;
+        Prediction { n, m, by_m, covariance: self.covariance_a + by_b * self.covariance_b * by_b.transpose() }
+    }
+
+    /// Squared difference of the two estimates by a pose, in standard deviations; infinite without a
+    /// covariance.
+    pub(super) fn distance(&self, b_to_a: &Rigid) -> f64 {
+        let p = self.predicted(b_to_a);
+        let difference = self.a - p.n;
+        p.covariance.cholesky().map_or(f64::INFINITY, |c| difference.dot(&c.solve(&difference)))
+    }
+
+    /// The same planes with other variances.
+    pub(super) fn scaled(&self, factor: f64) -> Self {
+        Self { covariance_a: self.covariance_a * factor, covariance_b: self.covariance_b * factor, ..*self }
+    }
+
     /// Angular variance of the two unit normals together (radians^2) and variance of the
     /// difference of the distances (metres^2).
     fn variances(&self) -> (f64, f64) {
@@ -29,6 +53,13 @@ impl MatchedPlane {
             (one(&self.a, &self.covariance_a), one(&self.b, &self.covariance_b));
         (angle_a + angle_b, distance_a + distance_b)
     }
+}
+
+struct Prediction {
+    n: Vector3<f64>,
+    m: Vector3<f64>,
+    by_m: Matrix3<f64>,
+    covariance: Matrix3<f64>,
 }
 
 /// Smallest ratio of the least to the largest extent of the normals.
@@ -70,34 +101,42 @@ pub fn plane_to_plane(planes: &[MatchedPlane]) -> Result<(Rigid, f64)> {
     Ok((Rigid { rotation, translation }, condition.max((values[0] / values[2]).powi(2))))
 }
 
+/// A pose by maximum likelihood.
+pub struct PlanePose {
+    pub b_to_a: Rigid,
+    /// Covariance of (w, t), as in [`PoseEstimate`](super::PoseEstimate).
+    pub covariance: SMatrix<f64, 6, 6>,
+    /// Sum of squares of the planes' differences, in their standard deviations.
+    pub chi_square: f64,
+}
+
 /// Maximum likelihood from the planes' estimates and covariances, by Gauss-Newton from `start`.
 /// A plane fit in inverse depth is nearly Gaussian in n, so that little is lost against a joint
 /// fit to all shots. Refuses planes without covariance.
-pub fn maximum_likelihood(planes: &[MatchedPlane], start: Rigid) -> Result<Rigid> {
+pub fn maximum_likelihood(planes: &[MatchedPlane], start: Rigid) -> Result<PlanePose> {
     const MAX_ITERATIONS: usize = 50;
     let singular =
         || Error::degenerate(Degeneracy::IllConditioned, "the planes, with their covariances, do not fix the pose");
     let mut pose = start;
     for _ in 0..MAX_ITERATIONS {
         let (mut information, mut gradient) = (SMatrix::<f64, 6, 6>::zeros(), Vector6::zeros());
+        let mut chi_square = 0.0;
         for p in planes {
-            // n_a = m / (1 + m . t) with m = R n_b.
-            let m = pose.rotation * p.b;
-            let scale = 1.0 + m.dot(&pose.translation);
-            let predicted = m / scale;
-            let by_m = (Matrix3::identity() - predicted * pose.translation.transpose()) / scale;
-            let by_b = by_m * pose.rotation;
-            let covariance = p.covariance_a + by_b * p.covariance_b * by_b.transpose();
+            let Prediction { n, m, by_m, covariance } = p.predicted(&pose);
             let weight = covariance.cholesky().ok_or_else(|| {
                 Error::invalid("method", "maximum likelihood needs planes with a covariance of full rank")
             })?;
             let mut jacobian = SMatrix::<f64, 3, 6>::zeros();
             jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&(by_m * -skew(&m)));
-            jacobian.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-predicted * predicted.transpose()));
+            jacobian.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-n * n.transpose()));
+            let difference = p.a - n;
+            let weighted = weight.solve(&difference);
             information += jacobian.transpose() * weight.solve(&jacobian);
-            gradient += jacobian.transpose() * weight.solve(&(p.a - predicted));
+            gradient += jacobian.transpose() * weighted;
+            chi_square += difference.dot(&weighted);
         }
-        let step = information.cholesky().ok_or_else(singular)?.solve(&gradient);
+        let factor = information.cholesky().ok_or_else(singular)?;
+        let step = factor.solve(&gradient);
         let (turn, shift) = (Vector3::new(step[0], step[1], step[2]), Vector3::new(step[3], step[4], step[5]));
         pose.rotation = exp(&turn) * pose.rotation;
         pose.translation += shift;
@@ -105,7 +144,7 @@ pub fn maximum_likelihood(planes: &[MatchedPlane], start: Rigid) -> Result<Rigid
             break;
         }
         if turn.norm() <= 1e-13 && shift.norm() <= 1e-13 * (1.0 + pose.translation.norm()) {
-            return Ok(pose);
+            return Ok(PlanePose { b_to_a: pose, covariance: factor.inverse(), chi_square });
         }
     }
     Err(Error::NoConvergence { iterations: MAX_ITERATIONS, detail: "registration of planes".into() })

@@ -7,6 +7,7 @@
 #define FIXTURES_H
 
 #include "check.h"
+#include <math.h>
 
 #define FIXTURE_POINTS 80
 #define FIXTURE_VIEWS 6
@@ -34,6 +35,10 @@ static ptzcal_rgbd_options fixture_rgbd_options[1];
 static ptzcal_rgbd_view fixture_rgbd_view[1];
 
 static ptzcal_pose fixture_pose[1];
+static ptzcal_planes_options fixture_planes_options[1];
+static ptzcal_plane fixture_plane[1];
+static ptzcal_station_options fixture_station_options[1];
+static ptzcal_station_pose fixture_station_pose[1];
 static ptzcal_ptz fixture_ptz[1];
 static ptzcal_head_capabilities fixture_head_capabilities[1];
 static ptzcal_angle_summary fixture_angle_summary[1];
@@ -67,6 +72,8 @@ static ptzcal_rig_calibrated *fixture_rig_calibrated;
 static ptzcal_roof_edges *fixture_roof_edges;
 static ptzcal_pose_options *fixture_pose_options;
 static ptzcal_pose_estimate *fixture_pose_estimate;
+static ptzcal_planes *fixture_planes;
+static ptzcal_registration *fixture_registration;
 static ptzcal_simulator *fixture_simulator;
 static ptzcal_rig_options *fixture_rig_options;
 static ptzcal_rig *fixture_rig;
@@ -85,6 +92,8 @@ static const float fixture_metres[64] = {1.0f};
 static double fixture_xyz[FIXTURE_POINTS * 3];
 static double fixture_uv[FIXTURE_POINTS * 2];
 /* As descriptors, four of them. */
+static const uint32_t fixture_pairs[8] = {0, 0, 1, 1, 2, 2, 3, 3};
+static const int32_t fixture_region_of[4] = {0, 0, -1, 0};
 static uint8_t fixture_flags[4 * PTZCAL_SIFT_DESCRIPTOR_SIZE];
 static size_t fixture_shots[4];
 static uint32_t fixture_cameras[4];
@@ -292,6 +301,58 @@ static inline void make_corner(ptzcal_roof_edges **edges, double x)
   for (i = 0; i < 3; i++) CHECK_OK(ptzcal_roof_edges_add_edge(*edges, planes[i], planes[(i + 1) % 3], NULL));
 }
 
+/* Where a ray from `from` leaves (inside = 1) or enters a box, and 1e9 where it does not. */
+static inline double hit_box(const double *low, const double *high, int inside, const double *from, const double *ray)
+{
+  double in = -1e9, out = 1e9;
+  int k;
+  for (k = 0; k < 3; k++) {
+    double a = (low[k] - from[k]) / ray[k], b = (high[k] - from[k]) / ray[k];
+    in = fmax(in, fmin(a, b));
+    out = fmin(out, fmax(a, b));
+  }
+  if (inside) return out;
+  return in < out && in > 0.0 ? in : 1e9;
+}
+
+/* `n` points of a room with a cupboard, a table, a pillar and a crate, measured to 5 mm by a station at
+ * (x, 0, z) that is turned to the right by `turn`, in its frame; y points down. */
+static inline void make_room(double x, double z, double turn, int furniture, size_t n, double *xyz)
+{
+  static const double boxes[5][6] = {{-3, -1.5, -2, 3, 1.1, 2.4}, {-3, -0.7, 1.4, -1.8, 1.1, 2.4}, {1.2, 0.3, -2, 2.4, 1.1, -1.2},
+    {2.5, -1.5, 1.7, 3, 1.1, 2.4}, {-2.6, 0.6, -1.8, -1.9, 1.1, -1.1}};
+  const double from[3] = {x, 0.0, z}, s = sin(turn), c = cos(turn);
+  uint32_t state = 5;
+  size_t i = 0;
+  while (i < n) {
+    double ray[3], v[3], square, range;
+    int k;
+    for (k = 0; k < 3; k++) v[k] = fixture_random(&state);
+    square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    if (square > 1.0 || square < 1e-3) continue;
+    for (k = 0; k < 3; k++) v[k] /= sqrt(square);
+    ray[0] = c * v[0] + s * v[2], ray[1] = v[1], ray[2] = c * v[2] - s * v[0];
+    range = hit_box(boxes[0], boxes[0] + 3, 1, from, ray);
+    for (k = 1; furniture && k < 5; k++) range = fmin(range, hit_box(boxes[k], boxes[k] + 3, 0, from, ray));
+    range += 0.005 * fixture_random(&state);
+    for (k = 0; k < 3; k++) xyz[3 * i + (size_t)k] = v[k] * range;
+    i++;
+  }
+}
+
+#define FIXTURE_ROOM 8000
+static double fixture_room[3 * FIXTURE_ROOM];
+
+/* The planes of that room. */
+static inline void make_planes(double x, double z, double turn, int furniture, ptzcal_planes **planes)
+{
+  ptzcal_planes_options options;
+  make_room(x, z, turn, furniture, FIXTURE_ROOM, fixture_room);
+  CHECK_OK(ptzcal_planes_options_init(&options, sizeof options));
+  options.flatness = 0.0;
+  CHECK_OK(ptzcal_planes_find_points(fixture_room, FIXTURE_ROOM, 0.004, &options, planes, NULL));
+}
+
 /* A host's devices that do nothing, well. */
 static inline int32_t fixture_ptz_move_fn(void *user, double pan, double tilt)
 {
@@ -379,6 +440,12 @@ static inline void make_angle_map(ptzcal_angle_map **map)
 static inline void make_fixtures(void)
 {
   uint32_t i;
+  CHECK_OK(ptzcal_planes_options_init(fixture_planes_options, sizeof *fixture_planes_options));
+  CHECK_OK(ptzcal_plane_init(fixture_plane, sizeof *fixture_plane));
+  CHECK_OK(ptzcal_station_options_init(fixture_station_options, sizeof *fixture_station_options));
+  CHECK_OK(ptzcal_station_pose_init(fixture_station_pose, sizeof *fixture_station_pose));
+  make_planes(0.0, 0.0, 0.0, 1, &fixture_planes);
+  CHECK_OK(ptzcal_register_stations(fixture_planes, fixture_planes, NULL, &fixture_registration, NULL));
   for (i = 0; i < 4; i++) {
     fixture_flags[i] = i != 1;
     fixture_shots[i] = fixture_cameras[i] = i;
@@ -464,6 +531,8 @@ static inline void make_fixtures(void)
 
 static inline void free_fixtures(void)
 {
+  ptzcal_registration_free(fixture_registration);
+  ptzcal_planes_free(fixture_planes);
   ptzcal_adjusted_free(fixture_adjusted);
   ptzcal_adjustment_free(fixture_adjustment);
   ptzcal_scan_free(fixture_scan);

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 54] = [
+const TOPICS: [&str; 56] = [
     "version",
     "status",
     "error",
@@ -42,6 +42,8 @@ const TOPICS: [&str; 54] = [
     "rgbd",
     "roof_edges",
     "pose",
+    "planes",
+    "registration",
     "devices",
     "simulator",
     "angle_map",

@@ -25,7 +25,7 @@ fn good(found: &Declarations, f: &Function, p: &Param) -> String {
         "const uint8_t *" => "fixture_flags".into(),
         "const uint16_t *" => "fixture_millimetres".into(),
         "const float *" => "fixture_metres".into(),
-        "const uint32_t *" | "const size_t *" => format!("fixture_{}", p.name),
+        "const uint32_t *" | "const int32_t *" | "const size_t *" => format!("fixture_{}", p.name),
         "double *" | "char *" | "uint8_t *" | "uint32_t *" | "uint64_t *" | "int32_t *" | "size_t *" => {
             "(void *)output".into()
         }
@@ -84,7 +84,7 @@ fn attempts(found: &Declarations, f: &Function) -> String {
             try_it("-INFINITY", &["NOT_FINITE", "INVALID_ARGUMENT"]);
         }
         if p.kind == "const double *" {
-            let wanted: &[&str] = if p.may_be_infinite { &["OK"] } else { &["NOT_FINITE"] };
+            let wanted: &[&str] = if p.may_be_infinite { &["OK", "TOO_FEW_POINTS"] } else { &["NOT_FINITE"] };
             try_it("nan_first", wanted);
             try_it("infinite_first", wanted);
             try_it("(const double *)(const void *)((const char *)numbers + 1)", &["INVALID_ARGUMENT"]);

@@ -22,9 +22,11 @@ use ptzcal::capi::image::ptzcal_image;
 use ptzcal::capi::laser_line::ptzcal_laser_line;
 use ptzcal::capi::lines::ptzcal_line_options;
 use ptzcal::capi::lines_3d::{ptzcal_line_fit_options, ptzcal_line_match_options};
+use ptzcal::capi::planes::{ptzcal_plane, ptzcal_planes_options};
 use ptzcal::capi::pose::ptzcal_pose;
 use ptzcal::capi::probe::{ptzcal_figure, ptzcal_probe_options};
 use ptzcal::capi::progress::ptzcal_progress;
+use ptzcal::capi::registration::{ptzcal_station_options, ptzcal_station_pose};
 use ptzcal::capi::rgbd::{ptzcal_rgbd_options, ptzcal_rgbd_view};
 use ptzcal::capi::rig_calibrated::{ptzcal_common_line, ptzcal_zoom_position};
 use ptzcal::capi::rig_model::ptzcal_rig_model;
@@ -81,6 +83,13 @@ fn rust() -> String {
     layout!(out, ptzcal_rgbd_view: struct_size features with_depth matches pairs lines);
     layout!(out, ptzcal_pose: struct_size reserved rotation translation rotation_angle residual_rms
         disagreement condition);
+    layout!(out, ptzcal_planes_options: struct_size min_points max_planes reserved seed threshold flatness
+        min_share min_range max_range);
+    layout!(out, ptzcal_plane: struct_size count n covariance centre axes extent area rms noise_factor);
+    layout!(out, ptzcal_station_options: struct_size has_prior max_angle max_distance min_agreement
+        max_runner_up prior_rotation prior_translation prior_rotation_sigma prior_position_sigma);
+    layout!(out, ptzcal_station_pose: struct_size matches rotation translation covariance chi2
+        degrees_of_freedom condition agreement runner_up);
     layout!(out, ptzcal_ptz: struct_size raw_units pan_min pan_max tilt_min tilt_max pan_step tilt_step
         user move_absolute position motion stop);
     layout!(out, ptzcal_angle_summary: struct_size frames pairs reserved raw angles mounting mounting_sigma rms outliers repeatability parallax parallax_sigma);

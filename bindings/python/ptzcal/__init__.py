@@ -57,6 +57,17 @@ from .lines import (
     match_lines,
 )
 from .pictures import DepthMap, Picture, read_image
+from .planes import (
+    Plane,
+    Planes,
+    PlanesNotFound,
+    StationPose,
+    StationsAmbiguous,
+    StationsNotMatched,
+    common_roof_edges,
+    register_matched_planes,
+    register_stations,
+)
 from .pose import Pose, PoseMethod, RoofEdges, estimate_pose_roof_edges
 from .probe import Figure, ProbeFigure, ProbeReport, learn_angles, probe
 from .rgbd import Rgbd, RgbdLinePairs, RgbdPairs, RgbdView
@@ -120,6 +131,9 @@ __all__ = [
     "PanTiltZoom",
     "Picture",
     "PixelFormat",
+    "Plane",
+    "Planes",
+    "PlanesNotFound",
     "Pose",
     "PoseMethod",
     "ProbeFigure",
@@ -147,6 +161,9 @@ __all__ = [
     "SpotAmbiguous",
     "SpotNotFound",
     "SpotOptions",
+    "StationPose",
+    "StationsAmbiguous",
+    "StationsNotMatched",
     "Status",
     "SureAngles",
     "Suspect",
@@ -157,6 +174,7 @@ __all__ = [
     "calibrate_camera",
     "calibrate_from_boards",
     "calibrate_laser_line",
+    "common_roof_edges",
     "detect_chessboard",
     "detect_edges",
     "detect_line_segments",
@@ -172,5 +190,7 @@ __all__ = [
     "probe",
     "radial_alignment",
     "read_image",
+    "register_matched_planes",
+    "register_stations",
     "version",
 ]

@@ -48,6 +48,8 @@ from ._structs import (
     ptzcal_line_options,
     ptzcal_log_fn,
     ptzcal_move_end_fn,
+    ptzcal_plane,
+    ptzcal_planes_options,
     ptzcal_pose,
     ptzcal_probe_options,
     ptzcal_progress_fn,
@@ -62,6 +64,8 @@ from ._structs import (
     ptzcal_sift_match_options,
     ptzcal_sift_options,
     ptzcal_spot,
+    ptzcal_station_options,
+    ptzcal_station_pose,
     ptzcal_suspect,
     ptzcal_zoom_position,
 )
@@ -104,7 +108,11 @@ _line_match_options = POINTER(ptzcal_line_match_options)
 _line_options = POINTER(ptzcal_line_options)
 _model = POINTER(ptzcal_rig_model)
 _pose = POINTER(ptzcal_pose)
+_plane = POINTER(ptzcal_plane)
+_planes_options = POINTER(ptzcal_planes_options)
 _region = POINTER(ptzcal_region)
+_station_options = POINTER(ptzcal_station_options)
+_station_pose = POINTER(ptzcal_station_pose)
 _rgbd_options = POINTER(ptzcal_rgbd_options)
 _rgbd_view = POINTER(ptzcal_rgbd_view)
 _scan_summary = POINTER(ptzcal_scan_summary)
@@ -398,6 +406,47 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_pose_estimate_get": (_status, _handle, _pose, _error_out),
     "ptzcal_pose_estimate_copy_covariance": (
         _status, _handle, _array, c_size_t, _size_out, _error_out,
+    ),
+    # Planes of scans, poses between stations by planes.
+    "ptzcal_planes_options_init": (_status, _planes_options, c_size_t),
+    "ptzcal_planes_find_points": (
+        _status, _array, c_size_t, c_double, _planes_options, _handle_out, _error_out,
+    ),
+    "ptzcal_planes_find_shots": (
+        _status, _model, _array, _array, _array, c_size_t, _planes_options, _handle_out, _error_out,
+    ),
+    "ptzcal_planes_find_depths": (
+        _status, _handle, _camera, c_double, c_double, _planes_options, _handle_out, _error_out,
+    ),
+    "ptzcal_planes_fit_points": (
+        _status, _array, c_size_t, c_double, _array, c_uint32, _planes_options, _handle_out,
+        _error_out,
+    ),
+    "ptzcal_planes_fit_shots": (
+        _status, _model, _array, _array, _array, c_size_t, _array, c_uint32, _planes_options,
+        _handle_out, _error_out,
+    ),
+    "ptzcal_planes_free": (None, _handle),
+    "ptzcal_planes_count": (_status, _handle, _uint32_out, _error_out),
+    "ptzcal_plane_init": (_status, _plane, c_size_t),
+    "ptzcal_planes_get": (_status, _handle, c_uint32, _plane, _error_out),
+    "ptzcal_planes_copy_labels": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_planes_sigma": (_status, _handle, _double_out, _error_out),
+    "ptzcal_station_options_init": (_status, _station_options, c_size_t),
+    "ptzcal_register_stations": (
+        _status, _handle, _handle, _station_options, _handle_out, _error_out,
+    ),
+    "ptzcal_register_matched_planes": (
+        _status, _handle, _handle, _array, c_size_t, _handle_out, _error_out,
+    ),
+    "ptzcal_registration_free": (None, _handle),
+    "ptzcal_station_pose_init": (_status, _station_pose, c_size_t),
+    "ptzcal_registration_get": (_status, _handle, _station_pose, _error_out),
+    "ptzcal_registration_copy_matches": (
+        _status, _handle, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_registration_roof_edges": (
+        _status, _handle, _handle, _handle, c_double, _handle_out, _handle_out, _error_out,
     ),
     # Simulator.
     "ptzcal_ptz_init": (_status, _ptz, c_size_t),

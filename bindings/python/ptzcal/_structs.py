@@ -322,6 +322,66 @@ class ptzcal_pose(Structure):
     ]
 
 
+class ptzcal_planes_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("min_points", c_uint32),
+        ("max_planes", c_uint32),
+        ("reserved", c_uint32),
+        ("seed", c_uint64),
+        ("threshold", c_double),
+        ("flatness", c_double),
+        ("min_share", c_double),
+        ("min_range", c_double),
+        ("max_range", c_double),
+    ]
+
+
+class ptzcal_plane(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("count", c_uint32),
+        ("n", c_double * 3),
+        ("covariance", c_double * 9),
+        ("centre", c_double * 3),
+        ("axes", c_double * 6),
+        ("extent", c_double * 4),
+        ("area", c_double),
+        ("rms", c_double),
+        ("noise_factor", c_double),
+    ]
+
+
+class ptzcal_station_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("has_prior", c_uint32),
+        ("max_angle", c_double),
+        ("max_distance", c_double),
+        ("min_agreement", c_double),
+        ("max_runner_up", c_double),
+        ("prior_rotation", c_double * 9),
+        ("prior_translation", c_double * 3),
+        ("prior_rotation_sigma", c_double),
+        ("prior_position_sigma", c_double),
+    ]
+
+
+class ptzcal_station_pose(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("matches", c_uint32),
+        ("rotation", c_double * 9),
+        ("translation", c_double * 3),
+        ("covariance", c_double * 36),
+        ("chi2", c_double),
+        ("degrees_of_freedom", c_double),
+        ("condition", c_double),
+        ("agreement", c_double),
+        ("runner_up", c_double),
+    ]
+
+
 class ptzcal_head_capabilities(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
