@@ -33,6 +33,7 @@ pub mod format;
 mod fuzz;
 pub mod geometry;
 pub mod image;
+pub mod network;
 pub mod pose;
 pub mod probe;
 pub mod ptz;
