@@ -819,8 +819,9 @@ ptzcal_status ptzcal_picture_draw_matches(ptzcal_picture *picture,
 /* ================================================================================================
  * Depth maps
  *
- * For every pixel of a camera the depth along its optical axis, as depth cameras give it, registered
- * to their colour image. The map is a copy: the caller's memory is free after the call.
+ * For every pixel of a camera the depth along its optical axis: as depth cameras give it, registered
+ * to their colour image, or as a cloud or mesh has it (ptzcal_cloud_depth_map, ptzcal_mesh_depth_map).
+ * The map is a copy: the caller's memory is free after the call.
  * ============================================================================================= */
 
 /** Depths of an image's pixels. Immutable: any number of threads may read it. */
@@ -917,6 +918,64 @@ ptzcal_status ptzcal_depth_map_size(const ptzcal_depth_map *map,
                                     uint32_t *width,
                                     uint32_t *height,
                                     size_t *known,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the depths: width x height numbers, row by row, metres; 0 where there is none.
+ *
+ * @param map      The map.
+ * @param buffer   Receives the numbers; may be NULL when `capacity` is 0.
+ * @param capacity Numbers that fit into `buffer`.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_depth_map_copy_metres(const ptzcal_depth_map *map,
+                                           float *buffer,
+                                           size_t capacity,
+                                           size_t *needed,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the variances of a map that was made of a cloud or mesh: width x height numbers, row by row,
+ * m^2; 0 where there is no depth.
+ *
+ * @param map      The map.
+ * @param buffer   Receives the numbers; may be NULL when `capacity` is 0.
+ * @param capacity Numbers that fit into `buffer`.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BAD_STATE where the noise is
+ *         unknown.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_depth_map_copy_variances(const ptzcal_depth_map *map,
+                                              float *buffer,
+                                              size_t capacity,
+                                              size_t *needed,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes a depth map as a PNG with one channel of 16 bits; 0 is no depth.
+ *
+ * @param map    The map.
+ * @param path   The file.
+ * @param metres Metres per unit: 0.001 for millimetres, up to 65.535 m.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for units in which a depth is none, or too
+ *         large; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_DISK_FULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_depth_map_save(const ptzcal_depth_map *map,
+                                    const char *path,
+                                    double metres,
                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
@@ -7144,6 +7203,24 @@ ptzcal_status ptzcal_scan_options_set_coarse_shots(ptzcal_scan_options *options,
                                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
+ * Ends a scan once every fixed camera's position is expected to be known well enough, by the covariance
+ * of its calibration from the shots so far; the rig is taken as exact. Positions are then visited in
+ * eight passes over the region, so that a scan that ends early has covered it. Such a scan is not complete
+ * (ptzcal_scan_summary), and ptzcal_scan_end is PTZCAL_STATUS_OK.
+ *
+ * @param options The options.
+ * @param metres  Root mean square error of the position; 0, the default: the whole region is scanned.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a negative one.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_options_set_target_accuracy(ptzcal_scan_options *options,
+                                                      double metres,
+                                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
  * Sets how long a device that is gone (unplugged, switched off) is waited for; the drivers of the
  * library open theirs again when it is back. The laser is off meanwhile.
  *
@@ -7401,11 +7478,12 @@ ptzcal_status ptzcal_scan_get_summary(const ptzcal_scan *scan,
                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
- * How a scan ended: fails with the reason when it is not complete.
+ * How a scan ended: fails with the reason when it ended before its time.
  *
  * @param scan  The scan.
  * @param error Receives the reason; may be NULL.
- * @return PTZCAL_STATUS_OK for a complete scan; PTZCAL_STATUS_CANCELLED when it was stopped or
+ * @return PTZCAL_STATUS_OK for a complete scan, and for one that met its target accuracy before
+ *         (ptzcal_scan_options_set_target_accuracy); PTZCAL_STATUS_CANCELLED when it was stopped or
  *         cancelled; the status of the device or file that failed.
  *
  * Threads: shared.
@@ -7507,6 +7585,1079 @@ ptzcal_status ptzcal_roof_edges_add_plane_scan(ptzcal_roof_edges *edges,
                                                const ptzcal_region *region,
                                                uint32_t *plane,
                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Clouds
+ *
+ * Coloured points of the world, with what is known of their noise: from a scan, from a depth map, from
+ * a file, or added one list after the other. Clouds of several stations are moved into one frame and
+ * merged; clouds that are too fine are thinned. At most 50,000,000 points.
+ * ============================================================================================= */
+
+/** What is known of the noise of a cloud's points. */
+enum {
+  PTZCAL_CLOUD_NOISE_UNKNOWN = 0,
+  /** The root mean square distance of each point from its truth. */
+  PTZCAL_CLOUD_NOISE_DEVIATIONS = 1,
+  /** The covariance of each point. */
+  PTZCAL_CLOUD_NOISE_COVARIANCES = 2,
+};
+typedef uint32_t ptzcal_cloud_noise;
+
+/** Points of the world. */
+typedef struct ptzcal_cloud ptzcal_cloud;
+
+/**
+ * Makes a cloud without points.
+ *
+ * @param cloud Receives the cloud; free it with ptzcal_cloud_free.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_new(ptzcal_cloud **cloud, ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The points that a scan measured with its head camera, with colours and covariances, which are those
+ * of the spots' noise: rank one, along the laser's line.
+ *
+ * @param scan  The scan.
+ * @param cloud Receives the cloud; free it with ptzcal_cloud_free.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_from_scan(const ptzcal_scan *scan,
+                                     ptzcal_cloud **cloud,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The points of a depth map's pixels, in the world of its camera's pose, with covariances.
+ *
+ * @param map                 The map.
+ * @param camera              Its camera, of the same size.
+ * @param image               The camera's picture, of the same size, for the colours; may be NULL: white.
+ * @param inverse_depth_sigma Standard deviation of inverse depths, 1/m: for cameras that triangulate.
+ *                            0.001425 is a Kinect's of the first kind.
+ * @param depth_sigma         Standard deviation of depths besides, metres: for times of flight. Not
+ *                            both are 0.
+ * @param cloud               Receives the cloud; free it with ptzcal_cloud_free.
+ * @param error               Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for sizes that differ;
+ *         PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_BUFFER_TOO_SMALL for the image.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_from_depth_map(const ptzcal_depth_map *map,
+                                          const ptzcal_camera *camera,
+                                          const ptzcal_image *image,
+                                          double inverse_depth_sigma,
+                                          double depth_sigma,
+                                          ptzcal_cloud **cloud,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a cloud.
+ *
+ * @param cloud The cloud; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_cloud_free(ptzcal_cloud *cloud) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds points: all of them, or none.
+ *
+ * @param cloud       The cloud.
+ * @param xyz         n x 3 numbers: x, y, z, metres.
+ * @param rgb         n x 3 bytes: red, green, blue; may be NULL: white.
+ * @param covariances n x 6 numbers: xx, xy, xz, yy, yz, zz, m^2; may be NULL: unknown.
+ * @param n           Number of points.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE, with the index of the point;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a covariance that is none, for covariances where the
+ *         cloud's other points have none or the other way round, and for too many points;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_add_points(ptzcal_cloud *cloud,
+                                      const double *xyz,
+                                      const uint8_t *rgb,
+                                      const double *covariances,
+                                      size_t n,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds another cloud's points: all of them, or none. Deviations become covariances where the other
+ * cloud has those.
+ *
+ * @param cloud The cloud.
+ * @param other Another cloud.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT when only one of the two knows its noise or
+ *         has normals, which would be lost, and for too many points; PTZCAL_STATUS_BUSY, also for a
+ *         cloud merged with itself.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_merge(ptzcal_cloud *cloud,
+                                 const ptzcal_cloud *other,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Forgets what is known of the noise and the normals, so that the cloud can be merged with one that
+ * does not know them.
+ *
+ * @param cloud The cloud.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_strip(ptzcal_cloud *cloud, ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Moves a cloud: X <- R X + t, with its normals and covariances.
+ *
+ * @param cloud      The cloud.
+ * @param pose       R and t; of station b in station a's frame it takes a cloud of b into a's frame.
+ * @param covariance 36 numbers: the pose's covariance as ptzcal_pose_estimate_copy_covariance gives it,
+ *                   of the rotation vector in R <- exp([w]x) R (radians), then of t (metres). What the
+ *                   pose's error does to each point is added to its covariance; may be NULL: none.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT for what is no
+ *         rotation or no covariance; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_transform(ptzcal_cloud *cloud,
+                                     const ptzcal_pose *pose,
+                                     const double *covariance,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Keeps the points inside a box, its faces included.
+ *
+ * @param cloud    The cloud.
+ * @param least    3 numbers: least x, y, z, metres.
+ * @param greatest 3 numbers: greatest x, y, z, metres.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT for a least
+ *         coordinate above the greatest; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_crop(ptzcal_cloud *cloud,
+                                const double *least,
+                                const double *greatest,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Thins a cloud out: the points in each cube of a grid through the origin become one, the mean weighted
+ * by what is known of their noise, with the mean of their colours and the covariance of the mean.
+ *
+ * @param cloud The cloud.
+ * @param voxel Side of the cubes, metres.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT for a size that is
+ *         not positive, or so small that the cloud has more than 2^21 cubes along a side;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_thin(ptzcal_cloud *cloud,
+                                double voxel,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * How many points a cloud has, and what is known of them.
+ *
+ * @param cloud   The cloud.
+ * @param points  Receives the number of points; may be NULL.
+ * @param noise   Receives a ptzcal_cloud_noise; may be NULL.
+ * @param normals Receives 1 where there are normals, else 0; may be NULL.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_size(const ptzcal_cloud *cloud,
+                                size_t *points,
+                                uint32_t *noise,
+                                uint32_t *normals,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * What is in a cloud
+ *
+ * Its numbers, its files, and what a camera sees of it.
+ * ============================================================================================= */
+
+/**
+ * Copies the points: n x 3 numbers, x, y, z, metres.
+ *
+ * @param cloud    The cloud.
+ * @param buffer   Receives the numbers; may be NULL when `capacity` is 0.
+ * @param capacity Numbers that fit into `buffer`.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_copy_points(const ptzcal_cloud *cloud,
+                                       double *buffer,
+                                       size_t capacity,
+                                       size_t *needed,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the colours: n x 3 bytes, red, green, blue.
+ *
+ * @param cloud    The cloud.
+ * @param buffer   Receives the bytes; may be NULL when `capacity` is 0.
+ * @param capacity Bytes that fit into `buffer`.
+ * @param needed   Receives how many bytes there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_copy_colours(const ptzcal_cloud *cloud,
+                                        uint8_t *buffer,
+                                        size_t capacity,
+                                        size_t *needed,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the normals: n x 3 numbers, unit vectors out of the surface, zeros where there is none.
+ *
+ * @param cloud    The cloud.
+ * @param buffer   Receives the numbers; may be NULL when `capacity` is 0.
+ * @param capacity Numbers that fit into `buffer`.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BAD_STATE for a cloud without
+ *         normals; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_copy_normals(const ptzcal_cloud *cloud,
+                                        double *buffer,
+                                        size_t capacity,
+                                        size_t *needed,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the standard deviations: n numbers, metres, the root mean square distance of each point from
+ * its truth, which is the root of its covariance's trace.
+ *
+ * @param cloud    The cloud.
+ * @param buffer   Receives the numbers; may be NULL when `capacity` is 0.
+ * @param capacity Numbers that fit into `buffer`.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BAD_STATE where the noise is
+ *         unknown; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_copy_deviations(const ptzcal_cloud *cloud,
+                                           double *buffer,
+                                           size_t capacity,
+                                           size_t *needed,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the covariances: n x 6 numbers, xx, xy, xz, yy, yz, zz, m^2.
+ *
+ * @param cloud    The cloud.
+ * @param buffer   Receives the numbers; may be NULL when `capacity` is 0.
+ * @param capacity Numbers that fit into `buffer`.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BAD_STATE where they are
+ *         unknown; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_copy_covariances(const ptzcal_cloud *cloud,
+                                            double *buffer,
+                                            size_t capacity,
+                                            size_t *needed,
+                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes a cloud, in the format that the file's ending names: .ply, .pcd (both binary, with normals and
+ * noise), .glb (glTF 2.0, with normals and noise) or .wrl (VRML97).
+ *
+ * @param cloud The cloud.
+ * @param path  The file.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNSUPPORTED for another ending; PTZCAL_STATUS_FILE_IO;
+ *         PTZCAL_STATUS_DISK_FULL; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_save(const ptzcal_cloud *cloud,
+                                const char *path,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Reads a cloud: .ply, .pcd, .glb or .wrl, ours or another's; of a mesh its vertices.
+ *
+ * @param path    The file.
+ * @param cloud   Receives the cloud; free it with ptzcal_cloud_free.
+ * @param skipped Receives how many points were left out because a coordinate is NaN or infinite, as
+ *                depth cameras mark what they did not measure; may be NULL.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNSUPPORTED for another ending, and for more than 50,000,000
+ *         points; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_FILE_FORMAT; PTZCAL_STATUS_FILE_VERSION.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_load(const char *path,
+                                ptzcal_cloud **cloud,
+                                size_t *skipped,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Depths of the points in a camera's image, lens distortion included: the nearest one in each pixel,
+ * with its variance where the noise is known. Between the points there is no depth; a surface
+ * (ptzcal_mesh_depth_map) has no gaps.
+ *
+ * @param cloud  The cloud.
+ * @param camera The camera, of at most 2^25 pixels.
+ * @param map    Receives the map; free it with ptzcal_depth_map_free.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_cloud_depth_map(const ptzcal_cloud *cloud,
+                                     const ptzcal_camera *camera,
+                                     ptzcal_depth_map **map,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Meshes
+ *
+ * A textured surface, the 3D model of a scene: triangulated from a scan's grid of positions or from a
+ * depth map, covered with pictures of calibrated cameras, and written as glTF or VRML.
+ * ============================================================================================= */
+
+/** Triangles between points, with pictures on them. */
+typedef struct ptzcal_mesh ptzcal_mesh;
+
+/**
+ * When neighbours of a grid are one surface. Neighbours are not joined where the depth jumps: where an
+ * edge is steeper than max_incidence by more than the noise of its ends, and where neither the surface
+ * before it nor the one behind it, extended, explains it.
+ */
+typedef struct ptzcal_surface_options {
+  /** Set by ptzcal_surface_options_init. */
+  uint32_t struct_size;
+  /** 0. */
+  uint32_t reserved;
+  /**
+   * Angle between ray and normal, radians, up to which a surface needs no support from its
+   * neighbours: above 0 and below pi / 2.
+   */
+  double max_incidence;
+  /** Standard deviations beyond which a difference is not noise. */
+  double significance;
+} ptzcal_surface_options;
+
+/**
+ * Sets up options with their defaults.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_surface_options_init(ptzcal_surface_options *options,
+                                          size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes a mesh of given triangles.
+ *
+ * @param vertices  The points; the mesh has a copy.
+ * @param triangles n x 3 numbers of points, counter-clockwise for who sees the front.
+ * @param n         Number of triangles.
+ * @param mesh      Receives the mesh; free it with ptzcal_mesh_free.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a number that is no point's;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_new(const ptzcal_cloud *vertices,
+                              const uint32_t *triangles,
+                              size_t n,
+                              ptzcal_mesh **mesh,
+                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The surface through the points of a scan, on the grid of its region, with colours, normals and
+ * covariances. Shots without a point are holes; the front is where the rig stood.
+ *
+ * @param scan    The scan.
+ * @param options The options; may be NULL: the defaults.
+ * @param mesh    Receives the mesh; free it with ptzcal_mesh_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_from_scan(const ptzcal_scan *scan,
+                                    const ptzcal_surface_options *options,
+                                    ptzcal_mesh **mesh,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The surface that a depth map shows, in the world of its camera's pose.
+ *
+ * @param map                 The map.
+ * @param camera              Its camera, of the same size.
+ * @param image               The camera's picture, of the same size, for the colours; may be NULL: white.
+ * @param inverse_depth_sigma Standard deviation of inverse depths, 1/m.
+ * @param depth_sigma         Standard deviation of depths besides, metres. Not both are 0.
+ * @param options             The options; may be NULL: the defaults.
+ * @param mesh                Receives the mesh; free it with ptzcal_mesh_free.
+ * @param error               Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for sizes that differ;
+ *         PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_BUFFER_TOO_SMALL for the image.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_from_depth_map(const ptzcal_depth_map *map,
+                                         const ptzcal_camera *camera,
+                                         const ptzcal_image *image,
+                                         double inverse_depth_sigma,
+                                         double depth_sigma,
+                                         const ptzcal_surface_options *options,
+                                         ptzcal_mesh **mesh,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a mesh.
+ *
+ * @param mesh The mesh; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_mesh_free(ptzcal_mesh *mesh) PTZCAL_NOEXCEPT;
+
+/**
+ * Gives a mesh a picture for its textures; ptzcal_mesh_texture puts it on.
+ *
+ * @param mesh   The mesh.
+ * @param image  The picture; the mesh has a copy.
+ * @param camera Where it was taken from: a camera of the picture's size.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a malformed image, sizes that differ, and
+ *         more than 256 pictures; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_BUFFER_TOO_SMALL;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_add_picture(ptzcal_mesh *mesh,
+                                      const ptzcal_image *image,
+                                      const ptzcal_camera *camera,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Covers a mesh with the pictures added to it: each triangle gets the picture that shows its whole
+ * front, unhidden, with the most pixels. Triangles that no picture shows keep their points' colours.
+ *
+ * @param mesh    The mesh.
+ * @param covered Receives the number of triangles with a picture; may be NULL.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a camera of more than 2^25 pixels;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_texture(ptzcal_mesh *mesh,
+                                  size_t *covered,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * How large a mesh is.
+ *
+ * @param mesh      The mesh.
+ * @param vertices  Receives the number of points; may be NULL.
+ * @param triangles Receives the number of triangles; may be NULL.
+ * @param textures  Receives the number of pictures on it; may be NULL.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_size(const ptzcal_mesh *mesh,
+                               size_t *vertices,
+                               size_t *triangles,
+                               size_t *textures,
+                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * A copy of a mesh's points, with their colours, normals and noise.
+ *
+ * @param mesh  The mesh.
+ * @param cloud Receives the cloud; free it with ptzcal_cloud_free.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_vertices(const ptzcal_mesh *mesh,
+                                   ptzcal_cloud **cloud,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the triangles: n x 3 numbers of points, counter-clockwise for who sees the front.
+ *
+ * @param mesh     The mesh.
+ * @param buffer   Receives the numbers; may be NULL when `capacity` is 0.
+ * @param capacity Numbers that fit into `buffer`.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_copy_triangles(const ptzcal_mesh *mesh,
+                                         uint32_t *buffer,
+                                         size_t capacity,
+                                         size_t *needed,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes a mesh, in the format that the file's ending names: .glb (glTF 2.0, with everything), .wrl
+ * (VRML97, with its pictures, without normals and noise) or .ply (without its pictures).
+ *
+ * @param mesh  The mesh.
+ * @param path  The file.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNSUPPORTED for another ending; PTZCAL_STATUS_FILE_IO;
+ *         PTZCAL_STATUS_DISK_FULL; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_save(const ptzcal_mesh *mesh,
+                               const char *path,
+                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Reads a mesh: .glb, .wrl or .ply, ours or another's.
+ *
+ * @param path  The file.
+ * @param mesh  Receives the mesh; free it with ptzcal_mesh_free.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNSUPPORTED for another ending, for what such a file may have
+ *         and this library does not read, and for more than 50,000,000 points or triangles;
+ *         PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_FILE_FORMAT; PTZCAL_STATUS_FILE_VERSION.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_load(const char *path,
+                               ptzcal_mesh **mesh,
+                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Depths of a surface in a camera's image, exact at the centre of every pixel whatever the lens; both
+ * sides of the surface are seen. Where there is no surface there is no depth. The variances are those
+ * of the triangles' planes, from the noise of the points.
+ *
+ * @param mesh   The mesh.
+ * @param camera The camera, of at most 2^25 pixels.
+ * @param map    Receives the map; free it with ptzcal_depth_map_free.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_mesh_depth_map(const ptzcal_mesh *mesh,
+                                    const ptzcal_camera *camera,
+                                    ptzcal_depth_map **map,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Exploring
+ *
+ * Finds by itself the range of pan and tilt in which each fixed camera sees the laser's spot, coarse to
+ * fine; and fires single shots again where a scan has measured before.
+ * ============================================================================================= */
+
+/** Where fixed cameras see the laser's spot. Immutable: any number of threads may read it. */
+typedef struct ptzcal_exploration ptzcal_exploration;
+
+/** How the head's reach is explored. */
+typedef struct ptzcal_explore_options {
+  /** Set by ptzcal_explore_options_init. */
+  uint32_t struct_size;
+  /** Most shots, 4 to 10000. */
+  uint32_t max_shots;
+  /** 0. */
+  uint32_t reserved[2];
+  /** Least reading of pan to look at, radians; -INFINITY: as far as the head reaches. */
+  double pan_min;
+  /** Greatest reading of pan, radians; INFINITY likewise. */
+  double pan_max;
+  /** Least reading of tilt, radians; -INFINITY likewise. */
+  double tilt_min;
+  /** Greatest reading of tilt, radians; INFINITY likewise. */
+  double tilt_max;
+  /** Distance of shots that are near enough to each other, radians. */
+  double tolerance;
+  /** Steps of the regions that come out, radians. */
+  double spacing;
+} ptzcal_explore_options;
+
+/** Where a fixed camera sees the spot. */
+typedef struct ptzcal_visible {
+  /** Set by ptzcal_visible_init. */
+  uint32_t struct_size;
+  /** Shots taken in all. */
+  uint32_t shots;
+  /** Shots that the camera saw. */
+  uint32_t seen;
+  /** Of them those that the head camera saw too. */
+  uint32_t measured;
+  /** Part of the region's positions that the camera sees, by the shot nearest to each. */
+  double share;
+} ptzcal_visible;
+
+/**
+ * Sets up options: all that the head reaches, at most 59 shots, to 2.5 degrees, steps of 1 degree.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_explore_options_init(ptzcal_explore_options *options,
+                                          size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a result: everything 0.
+ *
+ * @param visible The struct.
+ * @param size    sizeof *visible.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_visible_init(ptzcal_visible *visible, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds the range of pan and tilt in which each fixed camera sees the laser's spot. What ends early
+ * (stopped, cancelled, a device failed) is PTZCAL_STATUS_OK with what was found until then:
+ * ptzcal_scan_end of ptzcal_exploration_get_scan says why. However it ends, the laser is off and the head
+ * was told to stop.
+ *
+ * @param rig          The rig.
+ * @param options      The options; may be NULL: the defaults.
+ * @param scan_options How shots are taken and which fixed cameras watch; journal, recording and coarse
+ *                     pass do not matter.
+ * @param progress     Hears of each shot and can stop the work; may be NULL.
+ * @param user         Handed to the callback.
+ * @param exploration  Receives the answer; free it with ptzcal_exploration_free.
+ * @param error        Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FOUND: no camera saw a spot; and before anything moves
+ *         PTZCAL_STATUS_INVALID_ARGUMENT, PTZCAL_STATUS_NOT_FINITE, PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_explore(ptzcal_rig *rig,
+                                 const ptzcal_explore_options *options,
+                                 const ptzcal_scan_options *scan_options,
+                                 ptzcal_progress_fn progress,
+                                 void *user,
+                                 ptzcal_exploration **exploration,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees an exploration.
+ *
+ * @param exploration The exploration; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_exploration_free(ptzcal_exploration *exploration) PTZCAL_NOEXCEPT;
+
+/**
+ * Where a fixed camera sees the spot.
+ *
+ * @param exploration The exploration.
+ * @param camera      The fixed camera's number.
+ * @param region      Receives the range, ready for ptzcal_rig_scan_region; set up by
+ *                    ptzcal_region_init.
+ * @param visible     Receives how much of it is seen; set up by ptzcal_visible_init.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FOUND: the camera saw none;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for a camera that did not watch.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_exploration_get_visible(const ptzcal_exploration *exploration,
+                                             uint32_t camera,
+                                             ptzcal_region *region,
+                                             ptzcal_visible *visible,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * For each position of the region, tilt step * pan_steps + pan step: 1 when the camera saw the spot of
+ * the shot nearest to it, else 0.
+ *
+ * @param exploration The exploration.
+ * @param camera      The fixed camera's number.
+ * @param buffer      Receives the bytes; may be NULL when capacity is 0.
+ * @param capacity    How many bytes the buffer holds.
+ * @param needed      Receives how many there are, also when they do not fit; may be NULL.
+ * @param error       Receives the error; may be NULL.
+ * @return As ptzcal_exploration_get_visible; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_exploration_copy_mask(const ptzcal_exploration *exploration,
+                                           uint32_t camera,
+                                           uint8_t *buffer,
+                                           size_t capacity,
+                                           size_t *needed,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The shots of an exploration, and how it ended, as a scan.
+ *
+ * @param exploration The exploration.
+ * @param scan        Receives a scan of its own; free it with ptzcal_scan_free.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_exploration_get_scan(const ptzcal_exploration *exploration,
+                                          ptzcal_scan **scan,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Fires single shots again at the readings of an earlier scan's, for ptzcal_health_check. A work that
+ * ends early returns what it measured; ptzcal_scan_end says why. However it ends, the laser is off and the
+ * head was told to stop.
+ *
+ * @param rig          The rig.
+ * @param before       The earlier scan.
+ * @param indices      n indices of its shots, as ptzcal_scan_choose_health_shots gives them.
+ * @param n            Number of shots, at least 1.
+ * @param scan_options How shots are taken and which fixed cameras watch; journal, recording and coarse
+ *                     pass do not matter.
+ * @param progress     Hears of each shot and can stop the work; may be NULL.
+ * @param user         Handed to the callback.
+ * @param again        Receives the shots, in this order; free it with ptzcal_scan_free.
+ * @param error        Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; and before anything moves PTZCAL_STATUS_INVALID_ARGUMENT (an index that
+ *         does not exist), PTZCAL_STATUS_UNREACHABLE, PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_rig_fire_again(ptzcal_rig *rig,
+                                    const ptzcal_scan *before,
+                                    const size_t *indices,
+                                    size_t n,
+                                    const ptzcal_scan_options *scan_options,
+                                    ptzcal_progress_fn progress,
+                                    void *user,
+                                    ptzcal_scan **again,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Health check
+ *
+ * Ten stored shots fired again (ptzcal_rig_fire_again) say whether a fixed camera still is where it was
+ * calibrated: unchanged, moved (and where to), a rig that moved, or that it cannot be told; with the
+ * test statistic and a false alarm rate that is chosen.
+ * ============================================================================================= */
+
+/** What a check says. */
+enum {
+  PTZCAL_VERDICT_UNCHANGED = 0,
+  /**
+   * The fixed camera was turned or moved; its pose is refitted. One camera cannot tell that from a rig
+   * that was moved where the laser still meets the same depths: with several cameras, all of them
+   * say so then.
+   */
+  PTZCAL_VERDICT_CAMERA_MOVED = 1,
+  /** The rig was moved, its head has lost its zero, or its laser has moved on the head. */
+  PTZCAL_VERDICT_RIG_MOVED = 2,
+  /** Too few spots, or nothing explains them, or more than one thing does. */
+  PTZCAL_VERDICT_CANNOT_TELL = 3,
+};
+typedef int32_t ptzcal_verdict;
+
+/** What became of a shot. */
+enum {
+  PTZCAL_SHOT_STATE_USED = 0,
+  /** The head camera, the fixed camera or both do not see its spot again. */
+  PTZCAL_SHOT_STATE_NOT_SEEN = 1,
+  /** The laser meets something else there now. */
+  PTZCAL_SHOT_STATE_SCENE_CHANGED = 2,
+  /** The fixed camera's spot contradicts all others. */
+  PTZCAL_SHOT_STATE_OUTLIER = 3,
+};
+typedef int32_t ptzcal_shot_state;
+
+/** The answer of a check. Immutable: any number of threads may read it. */
+typedef struct ptzcal_health_report ptzcal_health_report;
+
+/** How a check decides. */
+typedef struct ptzcal_health_options {
+  /** Set by ptzcal_health_options_init. */
+  uint32_t struct_size;
+  /** 0. */
+  uint32_t reserved;
+  /** Probability of not saying unchanged when nothing has changed, between 0 and 0.5. */
+  double false_alarm;
+  /** Standard deviation of where the head comes to rest about its reading of pan, radians. */
+  double pan_sigma;
+  /** The same of tilt, radians. */
+  double tilt_sigma;
+} ptzcal_health_options;
+
+/** What a check came to. */
+typedef struct ptzcal_health {
+  /** Set by ptzcal_health_init. */
+  uint32_t struct_size;
+  /** A ptzcal_verdict. */
+  uint32_t verdict;
+  /** 1 when there were enough spots for a test. */
+  uint32_t has_statistic;
+  /** 1 when the camera's pose is refitted (ptzcal_health_report_refitted). */
+  uint32_t has_refit;
+  /** 1 when a head that lost its zero explains the spots. */
+  uint32_t has_head_shift;
+  /** Shots compared. */
+  uint32_t shots;
+  /** Shots used. */
+  uint32_t used;
+  /** Shots that are not seen again. */
+  uint32_t not_seen;
+  /** Shots where the laser meets something else. */
+  uint32_t scene_changed;
+  /** Shots that contradict all others. */
+  uint32_t outliers;
+  /** Test of unchanged: chi-square, when nothing has changed. */
+  double chi2;
+  /** Of it. */
+  double degrees_of_freedom;
+  /** Of a statistic as large or larger, were nothing changed. */
+  double probability;
+  /** What the refit turned and moved the camera by: w in R <- exp([w]x) R (camera axes, radians) and its centre (world, metres). */
+  double change[6];
+  /** Of it, row-major. */
+  double change_covariance[36];
+  /** What comes to the true pan and tilt, radians. */
+  double head_shift[2];
+  /** Of it: pan pan, pan tilt, tilt tilt, rad^2. */
+  double head_shift_covariance[3];
+} ptzcal_health;
+
+/**
+ * Sets up options: one false alarm in a hundred, a head that comes to rest to 0.1 mrad.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_health_options_init(ptzcal_health_options *options,
+                                         size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a result: everything 0.
+ *
+ * @param health The struct.
+ * @param size   sizeof *health.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_health_init(ptzcal_health *health, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * The shots of a scan that are worth firing again to check a fixed camera: seen by both cameras, as far
+ * from each other in the picture and in depth as can be.
+ *
+ * @param scan     The scan.
+ * @param camera   The fixed camera's number.
+ * @param count    How many are wanted; ten are enough. Fewer where there are no more.
+ * @param buffer   Receives their indices, ascending; may be NULL when capacity is 0.
+ * @param capacity How many fit.
+ * @param needed   Receives how many there are, also when they do not fit; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS below four usable shots;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_choose_health_shots(const ptzcal_scan *scan,
+                                              uint32_t camera,
+                                              size_t count,
+                                              size_t *buffer,
+                                              size_t capacity,
+                                              size_t *needed,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Compares the shots of a scan with those fired again. Shots of the earlier scan that were not seen by
+ * both cameras do not count:
+ * only shots at the readings of the later scan are compared.
+ *
+ * @param model       The rig.
+ * @param calibration The fixed camera as it was, in the rig's frame.
+ * @param before      The earlier scan.
+ * @param again       The shots fired again.
+ * @param camera      The fixed camera's number in both.
+ * @param options     The options; may be NULL: the defaults.
+ * @param report      Receives the report; free it with ptzcal_health_report_free.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK, whatever the verdict; PTZCAL_STATUS_INVALID_ARGUMENT,
+ *         PTZCAL_STATUS_NOT_FINITE for input that makes no sense.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_health_check(const ptzcal_rig_model *model,
+                                  const ptzcal_calibration *calibration,
+                                  const ptzcal_scan *before,
+                                  const ptzcal_scan *again,
+                                  uint32_t camera,
+                                  const ptzcal_health_options *options,
+                                  ptzcal_health_report **report,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a report.
+ *
+ * @param report The report; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_health_report_free(ptzcal_health_report *report) PTZCAL_NOEXCEPT;
+
+/**
+ * What a check came to.
+ *
+ * @param report The report.
+ * @param health Receives it; set up by ptzcal_health_init.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_health_report_get(const ptzcal_health_report *report,
+                                       ptzcal_health *health,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The verdict in words.
+ *
+ * @param report The report; may be NULL: "".
+ * @return A string that lives as long as the report. Never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_health_report_reason(const ptzcal_health_report *report) PTZCAL_NOEXCEPT;
+
+/**
+ * What became of each shot that was compared, in the order of the earlier scan: ptzcal_shot_state.
+ *
+ * @param report   The report.
+ * @param buffer   Receives the states; may be NULL when capacity is 0.
+ * @param capacity How many fit.
+ * @param needed   Receives how many there are, also when they do not fit; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_health_report_copy_shots(const ptzcal_health_report *report,
+                                              uint32_t *buffer,
+                                              size_t capacity,
+                                              size_t *needed,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The camera with its pose refitted and its lens held.
+ *
+ * @param report      The report.
+ * @param calibration Receives a calibration of its own, without residuals; free it with
+ *                    ptzcal_calibration_free.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FOUND when nothing was refitted.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_health_report_refitted(const ptzcal_health_report *report,
+                                            ptzcal_calibration **calibration,
+                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
  * Joint adjustment: what is known
@@ -8222,7 +9373,7 @@ ptzcal_status ptzcal_adjustment_add_plane(ptzcal_adjustment *adjustment,
  *
  * @param adjustment The survey.
  * @param first      The first shot; the others follow it.
- * @param planes     n indices of planes, or PTZCAL_NO_PLANE.
+ * @param hits       n indices of planes, or PTZCAL_NO_PLANE.
  * @param n          Number of shots.
  * @param error      Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a shot or a plane that does not exist and
@@ -8233,7 +9384,7 @@ ptzcal_status ptzcal_adjustment_add_plane(ptzcal_adjustment *adjustment,
  */
 ptzcal_status ptzcal_adjustment_set_planes(ptzcal_adjustment *adjustment,
                                            size_t first,
-                                           const uint32_t *planes,
+                                           const uint32_t *hits,
                                            size_t n,
                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
 
@@ -8363,6 +9514,1484 @@ ptzcal_status ptzcal_adjustment_solve(const ptzcal_adjustment *adjustment,
                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+ * Sites: what is known before anyone scans
+ *
+ * A rig, the fixed camera that it will calibrate (its guessed pose and lens, in the rig's frame), what is
+ * not known of the rig, and what surrounds both. Studies, labels, plans and next shots begin with it.
+ * ============================================================================================= */
+
+/** Rig, fixed camera and surroundings. */
+typedef struct ptzcal_site ptzcal_site;
+
+/**
+ * Makes a site: a rig that is known exactly, no surroundings yet.
+ *
+ * @param model  The rig.
+ * @param camera The fixed camera, its pose in the rig's frame; the lens model that it has is the one that
+ *               will be fitted.
+ * @param site   Receives the site; free it with ptzcal_site_free.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_LENS_NOT_MONOTONE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_site_new(const ptzcal_rig_model *model,
+                              const ptzcal_camera *camera,
+                              ptzcal_site **site,
+                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a site.
+ *
+ * @param site The site; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_site_free(ptzcal_site *site) PTZCAL_NOEXCEPT;
+
+/**
+ * Says how well the rig's parameters are known.
+ *
+ * @param site   The site.
+ * @param sigmas 15 standard deviations in the order of ptzcal_rig_parameter; 0 fixes a parameter (all of
+ *               them by default), INFINITY frees it.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (the message names the parameter);
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_site_set_rig_sigmas(ptzcal_site *site,
+                                         const double *sigmas,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Says how well single moves of the head are known.
+ *
+ * @param site       The site.
+ * @param sigma_pan  Standard deviation of the true pan about its readings, radians; the default is 0.
+ * @param sigma_tilt The same of tilt.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_site_set_pointing_sigma(ptzcal_site *site,
+                                             double sigma_pan,
+                                             double sigma_tilt,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Says how the camera will be calibrated: lens model (that of the site's camera), known lens, beliefs
+ * about skew and aspect. The options' other settings do not matter here.
+ *
+ * @param site    The site.
+ * @param options The options; may be NULL: the defaults with the camera's lens model.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for another lens model than the camera's;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_site_set_estimate(ptzcal_site *site,
+                                       const ptzcal_calibration_options *options,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Surrounds rig and camera by one plane: a wall, a floor.
+ *
+ * @param site     The site.
+ * @param normal   Its normal n, 3 numbers of any length: n . x = distance in the rig's frame.
+ * @param distance Metres for a normal of unit length.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_site_set_plane(ptzcal_site *site,
+                                    const double *normal,
+                                    double distance,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Surrounds rig and camera by a room with boxes in it, which also hide what is behind them.
+ *
+ * @param site  The site.
+ * @param room  6 numbers: the lower corner x y z, then the higher one; the rig's frame, metres.
+ * @param boxes 6 numbers for each box; may be NULL when there is none.
+ * @param n     Boxes, 10,000 at most.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for corners in the wrong order;
+ *         PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_site_set_room(ptzcal_site *site,
+                                   const double *room,
+                                   const double *boxes,
+                                   size_t n,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Says of the surroundings only which depths occur: every position gets one of them.
+ *
+ * @param site     The site.
+ * @param nearest  Least depth along the head's axis, metres.
+ * @param farthest Greatest depth.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_site_set_depths(ptzcal_site *site,
+                                     double nearest,
+                                     double farthest,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Set-ups: a site with noiseless shots
+ *
+ * The data set of a noise study: what both cameras would see of every shot without noise (thesis VII.2). It
+ * comes from the site's surroundings, from a scan whose points are taken for true, or from any points.
+ * ============================================================================================= */
+
+/** A site with its noiseless shots. */
+typedef struct ptzcal_set_up ptzcal_set_up;
+
+/**
+ * The shots of a region that both cameras would see in the site's surroundings.
+ *
+ * @param site   The site.
+ * @param region The positions.
+ * @param set_up Receives the set-up; free it with ptzcal_set_up_free.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BAD_STATE for a site without surroundings;
+ *         PTZCAL_STATUS_TOO_FEW_POINTS when fewer than six are in view; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_set_up_from_region(const ptzcal_site *site,
+                                        const ptzcal_region *region,
+                                        ptzcal_set_up **set_up,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The points of a scan, taken for true and projected anew into both cameras; those that are not in view of
+ * both are left out.
+ *
+ * @param site   The site; its camera is where the scan's fixed camera was found, its rig the scan's.
+ * @param scan   The scan.
+ * @param set_up Receives the set-up; free it with ptzcal_set_up_free.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_set_up_from_scan(const ptzcal_site *site,
+                                      const ptzcal_scan *scan,
+                                      ptzcal_set_up **set_up,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Points at which the laser is aimed; those out of its reach or not in view of both cameras are left out.
+ *
+ * @param site   The site.
+ * @param xyz    n points in the rig's frame, metres.
+ * @param n      Points, 1,000,000 at most.
+ * @param set_up Receives the set-up; free it with ptzcal_set_up_free.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NOT_FINITE (index: the point);
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_set_up_from_points(const ptzcal_site *site,
+                                        const double *xyz,
+                                        size_t n,
+                                        ptzcal_set_up **set_up,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Gives the points by which the cascade as printed (PTZCAL_STUDY_METHOD_DLT_CASCADE_PRINTED) finds the head
+ * camera's pose: the corners of the thesis's boards. No other method needs them.
+ *
+ * @param set_up The set-up.
+ * @param xyz    n points in the rig's frame, metres, in front of the head camera at pan = tilt = 0.
+ * @param n      Points.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE (index: the point); PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_set_up_set_control(ptzcal_set_up *set_up,
+                                        const double *xyz,
+                                        size_t n,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The number of shots that both cameras see.
+ *
+ * @param set_up The set-up.
+ * @param count  Receives the number.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_set_up_get_count(const ptzcal_set_up *set_up,
+                                      size_t *count,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a set-up.
+ *
+ * @param set_up The set-up; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_set_up_free(ptzcal_set_up *set_up) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Noise study
+ *
+ * How do noises of head and fixed camera reach the fixed camera's estimate? (thesis VII, VIII.D) Monte Carlo
+ * with every estimator that is asked for, at every noise level, beside what the closed-form covariance
+ * expects. The same set-up, options and seed give the same bits with any number of threads.
+ * ============================================================================================= */
+
+/** How the fixed camera is estimated. */
+enum {
+  /** DLT-Points from exact 3D points: no cascade. */
+  PTZCAL_STUDY_METHOD_DLT_EXACT = 0,
+  /**
+   * The thesis's eq. (23) as printed: exact points moved by the head camera's noisy pose. A rigid
+   * motion, which does not touch the lens and says little of a laser rig; needs
+   * ptzcal_set_up_set_control.
+   */
+  PTZCAL_STUDY_METHOD_DLT_CASCADE_PRINTED = 1,
+  /** The cascade in its right form: noisy spots, so noisy points, then DLT-Points. */
+  PTZCAL_STUDY_METHOD_DLT_CASCADE = 2,
+  /** The closed form in inverse depth, weighted by the noise. */
+  PTZCAL_STUDY_METHOD_CLOSED_FORM = 3,
+  /**
+   * Maximum likelihood with the site's beliefs: as ptzcal_calibrate_camera or
+   * ptzcal_adjustment_solve would do it.
+   */
+  PTZCAL_STUDY_METHOD_JOINT_ML = 4,
+};
+typedef uint32_t ptzcal_study_method;
+
+/** Which noise the levels share. */
+enum {
+  /**
+   * A trial's noise is drawn once and scaled to every level: differences between levels are theirs
+   * and not luck's, and most of the work is shared.
+   */
+  PTZCAL_STUDY_DRAWS_COMMON = 0,
+  /** Every level draws its own. */
+  PTZCAL_STUDY_DRAWS_INDEPENDENT = 1,
+};
+typedef uint32_t ptzcal_study_draws;
+
+/** What is measured of a camera's error: the order of every array of four. */
+enum {
+  /** Distance of the position from the true one, metres. */
+  PTZCAL_STUDY_QUANTITY_POSITION = 0,
+  /** Angle of the rotation from the true one, radians. */
+  PTZCAL_STUDY_QUANTITY_ROTATION = 1,
+  /** Of (fx, fy), pixels. */
+  PTZCAL_STUDY_QUANTITY_FOCAL = 2,
+  /** Of (cx, cy), pixels. */
+  PTZCAL_STUDY_QUANTITY_PRINCIPAL_POINT = 3,
+};
+typedef uint32_t ptzcal_study_quantity;
+
+/** Charts of a study. */
+enum {
+  /** Root mean square error against noise, a line for each method; of a ptzcal_study_quantity. */
+  PTZCAL_STUDY_PLOT_ERRORS = 0,
+  /** Mean position error over the noises of both cameras; of a ptzcal_study_method. */
+  PTZCAL_STUDY_PLOT_GRID = 1,
+  /** Estimated positions from above; of a level, by its index. */
+  PTZCAL_STUDY_PLOT_SCATTER = 2,
+};
+typedef uint32_t ptzcal_study_plot;
+
+/** The answer of a study. Immutable: any number of threads may read it. */
+typedef struct ptzcal_study ptzcal_study;
+
+/** How a study is made. */
+typedef struct ptzcal_study_options {
+  /** Set by ptzcal_study_options_init. */
+  uint32_t struct_size;
+  /**
+   * Bit 1 << method for each ptzcal_study_method; the default is all but the printed cascade. A label
+   * takes the highest one.
+   */
+  uint32_t methods;
+  /** A ptzcal_study_draws; the default is common noise. */
+  uint32_t draws;
+  /** Trials, 1 to 100,000; the default is 100. */
+  uint32_t trials;
+  /** Threads that work, 1 to 1024, the caller's among them; the default is 1. */
+  uint32_t threads;
+  /** 0. */
+  uint32_t reserved;
+  /** The default is 1. */
+  uint64_t seed;
+} ptzcal_study_options;
+
+/** Errors of one method at one noise level. */
+typedef struct ptzcal_study_cell {
+  /** Set by ptzcal_study_cell_init. */
+  uint32_t struct_size;
+  /** Trials that gave a camera. */
+  uint32_t used;
+  /** Trials that gave none. */
+  uint32_t failures;
+  /** 0. */
+  uint32_t reserved;
+  /** Noise of the head camera's spot, px. */
+  double head_sigma;
+  /** Noise of the fixed camera's, px. */
+  double fixed_sigma;
+  /** Mean size of the error, by ptzcal_study_quantity; INFINITY when no trial gave a camera. */
+  double mean[4];
+  /** Root mean square. */
+  double rms[4];
+  /** Size of the mean error: what more trials, or more shots, do not take away. */
+  double bias[4];
+  /**
+   * Root mean square that the closed-form covariance of the maximum-likelihood estimate expects at this
+   * level; INFINITY in a study whose methods take no shots.
+   */
+  double expected[4];
+} ptzcal_study_cell;
+
+/**
+ * Sets up options with their defaults.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_study_options_init(ptzcal_study_options *options,
+                                        size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a cell: everything 0.
+ *
+ * @param cell The struct.
+ * @param size sizeof *cell.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_study_cell_init(ptzcal_study_cell *cell, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes a study.
+ *
+ * @param set_up    The set-up.
+ * @param levels    n pairs of noises, px: of the head camera's spot, of the fixed camera's; 0 to 1000.
+ * @param n         Levels, 1 to 10,000.
+ * @param distances m distances from the fixed camera at which points are handed off, metres; may be NULL
+ *                  when there is none.
+ * @param m         Distances, at most 1000.
+ * @param options   The options; may be NULL: the defaults.
+ * @param progress  Hears how many trials are done, and can stop the study; may be NULL.
+ * @param user      Handed to it.
+ * @param token     Stops the study from another thread; may be NULL.
+ * @param study     Receives the study; free it with ptzcal_study_free.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE;
+ *         PTZCAL_STATUS_DEGENERATE or PTZCAL_STATUS_TOO_FEW_POINTS when the shots cannot determine the
+ *         camera; PTZCAL_STATUS_CANCELLED when it was stopped; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_study_run(const ptzcal_set_up *set_up,
+                               const double *levels,
+                               size_t n,
+                               const double *distances,
+                               size_t m,
+                               const ptzcal_study_options *options,
+                               ptzcal_progress_fn progress,
+                               void *user,
+                               const ptzcal_cancel *token,
+                               ptzcal_study **study,
+                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The errors of a method at a level.
+ *
+ * @param study  The study.
+ * @param method A ptzcal_study_method that was asked for.
+ * @param level  Index of the level.
+ * @param cell   Receives the errors; set up by ptzcal_study_cell_init.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_study_get_cell(const ptzcal_study *study,
+                                    uint32_t method,
+                                    size_t level,
+                                    ptzcal_study_cell *cell,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Root mean square errors of points handed off: where the fixed camera believes a pixel's point at a
+ * distance to be, over 3 x 3 pixels of its image.
+ *
+ * @param study    The study.
+ * @param method   A ptzcal_study_method that was asked for.
+ * @param level    Index of the level.
+ * @param buffer   Receives metres, one for each distance of the study; may be NULL when capacity is 0.
+ * @param capacity Numbers that fit.
+ * @param needed   Receives the number of distances; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_study_copy_handoff(const ptzcal_study *study,
+                                        uint32_t method,
+                                        size_t level,
+                                        double *buffer,
+                                        size_t capacity,
+                                        size_t *needed,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes all figures of a study as JSON; an infinite one is null.
+ *
+ * @param study The study.
+ * @param path  The file.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_study_save_json(const ptzcal_study *study,
+                                     const char *path,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes all figures of a study as CSV, a line for each method and level.
+ *
+ * @param study The study.
+ * @param path  The file.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_study_save_csv(const ptzcal_study *study,
+                                    const char *path,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Draws a chart as a self-contained SVG.
+ *
+ * @param study The study.
+ * @param plot  A ptzcal_study_plot.
+ * @param of    What it is of: a quantity, a method or a level, as the plot says.
+ * @param path  The file.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_FILE_IO.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_study_save_plot(const ptzcal_study *study,
+                                     uint32_t plot,
+                                     uint32_t of,
+                                     const char *path,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a study.
+ *
+ * @param study The study; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_study_free(ptzcal_study *study) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Precision label
+ *
+ * What can be expected of a set-up (thesis VIII.D): the fixed camera's error against working distance and
+ * noise, simulated and by the closed-form covariance, with the error of points handed off at that
+ * distance. Shots up to a distance are what a rig has that works no farther.
+ * ============================================================================================= */
+
+/** What ptzcal_label_save_plot takes, besides a ptzcal_study_quantity, for the error of points handed off. */
+#define PTZCAL_LABEL_HANDOFF 4
+
+/** A precision label. Immutable: any number of threads may read it. */
+typedef struct ptzcal_label ptzcal_label;
+
+/** One line of a label: root mean square errors. */
+typedef struct ptzcal_label_row {
+  /** Set by ptzcal_label_row_init. */
+  uint32_t struct_size;
+  /** Shots up to the distance. */
+  uint32_t shots;
+  /** Trials that gave no camera. */
+  uint32_t failures;
+  /** 0. */
+  uint32_t reserved;
+  /** Working distance, metres. */
+  double distance;
+  /** Noise of the head camera's spot, px. */
+  double head_sigma;
+  /** Noise of the fixed camera's, px. */
+  double fixed_sigma;
+  /** Simulated, by ptzcal_study_quantity; INFINITY when no trial gave a camera. */
+  double simulated[4];
+  /**
+   * By the closed-form covariance of the maximum-likelihood estimate; INFINITY for methods that take
+   * no shots.
+   */
+  double expected[4];
+  /** Of a point handed off at the distance, metres. */
+  double handoff_simulated;
+  /** The same by the covariance. */
+  double handoff_expected;
+} ptzcal_label_row;
+
+/**
+ * Sets up a row: everything 0.
+ *
+ * @param row  The struct.
+ * @param size sizeof *row.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_label_row_init(ptzcal_label_row *row, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes a label.
+ *
+ * @param set_up    The set-up.
+ * @param distances m working distances, metres.
+ * @param m         Distances, 1 to 1000.
+ * @param levels    n pairs of noises, px: of the head camera's spot, of the fixed camera's.
+ * @param n         Levels, 1 to 10,000.
+ * @param options   Of the method (the highest bit), trials, threads and seed; may be NULL: the defaults,
+ *                  maximum likelihood.
+ * @param progress  Hears how many trials are done, and can stop it; may be NULL.
+ * @param user      Handed to it.
+ * @param token     Stops it from another thread; may be NULL.
+ * @param label     Receives the label; free it with ptzcal_label_free.
+ * @param error     Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS or PTZCAL_STATUS_DEGENERATE when the shots up to
+ *         none of the distances determine a camera; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_CANCELLED; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_label_make(const ptzcal_set_up *set_up,
+                                const double *distances,
+                                size_t m,
+                                const double *levels,
+                                size_t n,
+                                const ptzcal_study_options *options,
+                                ptzcal_progress_fn progress,
+                                void *user,
+                                const ptzcal_cancel *token,
+                                ptzcal_label **label,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The number of rows: distance by distance, level by level within. Distances up to which the shots do not
+ * determine a camera have none.
+ *
+ * @param label The label.
+ * @param count Receives the number.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_label_get_count(const ptzcal_label *label,
+                                     size_t *count,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * A row of a label.
+ *
+ * @param label The label.
+ * @param index The row.
+ * @param row   Receives the row; set up by ptzcal_label_row_init.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_label_get_row(const ptzcal_label *label,
+                                   size_t index,
+                                   ptzcal_label_row *row,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes a label as JSON; an infinite figure is null.
+ *
+ * @param label The label.
+ * @param path  The file.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_label_save_json(const ptzcal_label *label,
+                                     const char *path,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes a label as CSV, a line for each row.
+ *
+ * @param label The label.
+ * @param path  The file.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_label_save_csv(const ptzcal_label *label,
+                                    const char *path,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Draws errors against the working distance, a line for each level, as a self-contained SVG.
+ *
+ * @param label The label.
+ * @param of    A ptzcal_study_quantity, or PTZCAL_LABEL_HANDOFF.
+ * @param path  The file.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_FILE_IO.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_label_save_plot(const ptzcal_label *label,
+                                     uint32_t of,
+                                     const char *path,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a label.
+ *
+ * @param label The label; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_label_free(ptzcal_label *label) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Planning, and the next best shots
+ *
+ * How many shots, and where, for a target accuracy of the fixed camera's position: before anyone scans
+ * (ptzcal_plan_make), and between shots (ptzcal_next_shots). A shot is written as 5 numbers: pan and tilt
+ * (the device's readings, radians), the depth that is expected there (metres), and the position's expected
+ * error after it and all before it: root mean square, and largest semi-axis (metres).
+ * ============================================================================================= */
+
+/** A plan. Immutable: any number of threads may read it. */
+typedef struct ptzcal_plan ptzcal_plan;
+
+/** What is wanted of a plan. */
+typedef struct ptzcal_plan_options {
+  /** Set by ptzcal_plan_options_init. */
+  uint32_t struct_size;
+  /** Most positions of a grid, 1 to 1,000,000; the default is 20,000. */
+  uint32_t max_positions;
+  /** Least reading of pan, radians. */
+  double pan_min;
+  /** Greatest reading of pan, radians. */
+  double pan_max;
+  /** Least reading of tilt, radians. */
+  double tilt_min;
+  /** Greatest reading of tilt, radians. */
+  double tilt_max;
+  /** Noise of a spot in the head camera, px; the default is 0.2. */
+  double head_sigma;
+  /** Noise of a spot in the fixed camera, px; the default is 0.2. */
+  double fixed_sigma;
+  /** Wanted root mean square error of the fixed camera's position, metres; the default is 0.01. */
+  double target;
+} ptzcal_plan_options;
+
+/** What a plan comes to. */
+typedef struct ptzcal_plan_summary {
+  /** Set by ptzcal_plan_summary_init. */
+  uint32_t struct_size;
+  /** The coarsest grid over the region that reaches the target: positions of pan. */
+  uint32_t pan_steps;
+  /** Positions of tilt. */
+  uint32_t tilt_steps;
+  /** Of its positions those that both cameras see. */
+  uint32_t grid_seen;
+  /** Chosen shots that reach it too: ptzcal_plan_copy_shots. */
+  uint32_t shots;
+  /** The ptzcal_rig_parameter that limits any number of shots; -1 when the rig is known exactly. */
+  int32_t limited_by;
+  /** Expected root mean square error of the position after the grid, metres. */
+  double grid_rms;
+  /** Its largest semi-axis, metres. */
+  double grid_semi_axis;
+  /** What any number of shots would leave: what is not known of the rig, metres. */
+  double limit_rms;
+} ptzcal_plan_summary;
+
+/**
+ * Sets up options with their defaults; the region must still be set.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_plan_options_init(ptzcal_plan_options *options,
+                                       size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a summary: everything 0.
+ *
+ * @param summary The struct.
+ * @param size    sizeof *summary.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_plan_summary_init(ptzcal_plan_summary *summary,
+                                       size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Plans a scan in a site's surroundings.
+ *
+ * @param site    The site; its camera is a guess.
+ * @param options What is wanted.
+ * @param token   Stops it from another thread; may be NULL.
+ * @param result  Receives the plan; free it with ptzcal_plan_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_UNREACHABLE when neither max_positions nor any number of shots
+ *         reach the target (the message says which, and what limits it); PTZCAL_STATUS_DEGENERATE when
+ *         the surroundings cannot determine the camera; PTZCAL_STATUS_NOT_FOUND when it sees nothing of
+ *         the region; PTZCAL_STATUS_BAD_STATE for a site without surroundings;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_CANCELLED;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_plan_make(const ptzcal_site *site,
+                               const ptzcal_plan_options *options,
+                               const ptzcal_cancel *token,
+                               ptzcal_plan **result,
+                               ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * What a plan comes to.
+ *
+ * @param result  The plan.
+ * @param summary Receives the summary; set up by ptzcal_plan_summary_init.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_plan_get_summary(const ptzcal_plan *result,
+                                      ptzcal_plan_summary *summary,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The chosen shots of a plan, the most valuable first.
+ *
+ * @param result   The plan.
+ * @param buffer   Receives 5 numbers for each shot; may be NULL when capacity is 0.
+ * @param capacity Numbers that fit.
+ * @param needed   Receives their number; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_plan_copy_shots(const ptzcal_plan *result,
+                                     double *buffer,
+                                     size_t capacity,
+                                     size_t *needed,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a plan.
+ *
+ * @param result The plan; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_plan_free(ptzcal_plan *result) PTZCAL_NOEXCEPT;
+
+/**
+ * Given what is scanned, where to shoot next so that the fixed camera's position becomes surer. Depths
+ * at the candidates are predicted from the scanned ones, and so is whether the fixed camera sees them; ask
+ * again after every few dozen shots.
+ *
+ * @param site        The site; its camera is the best estimate so far. Surroundings are not used.
+ * @param scanned     n shots of 4 numbers: pan and tilt as read (radians), measured depth along the
+ *                    head's axis (metres), 1 when the fixed camera saw the spot, else 0.
+ * @param n           Shots, 1 to 100,000.
+ * @param candidates  Positions to choose from, 100,000 at most; each is taken once.
+ * @param head_sigma  Noise of a spot in the head camera, px.
+ * @param fixed_sigma Noise of a spot in the fixed camera, px.
+ * @param target      Stops where the position's expected root mean square error is below, metres; 0: never.
+ * @param count       Most shots to choose, at least 1.
+ * @param now         Receives 2 numbers, the position's expected error from what is scanned: root mean
+ *                    square and largest semi-axis, metres, both INFINITY while that does not determine the
+ *                    camera; may be NULL.
+ * @param buffer      Receives 5 numbers for each chosen shot, the most valuable first; may be NULL when
+ *                    capacity is 0.
+ * @param capacity    Numbers that fit; 5 count are always enough.
+ * @param needed      Receives their number; may be NULL.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FOUND when the fixed camera is expected to see none of the
+ *         candidates; PTZCAL_STATUS_TOO_FEW_POINTS without a scanned shot; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_next_shots(const ptzcal_site *site,
+                                const double *scanned,
+                                size_t n,
+                                const ptzcal_region *candidates,
+                                double head_sigma,
+                                double fixed_sigma,
+                                double target,
+                                uint32_t count,
+                                double *now,
+                                double *buffer,
+                                size_t capacity,
+                                size_t *needed,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Pointing
+ *
+ * A pixel of a calibrated fixed camera as pan, tilt and zoom of the head, and a pixel of the head's
+ * camera as a pixel of the fixed one. A pointing holds the camera, the rig, how well both are known, and
+ * where the targets are: on a plane, on the surface of a point cloud, or at a distance. Every answer has
+ * a covariance through the whole chain: click, calibration, surface, rig and the head's coming to rest.
+ * ============================================================================================= */
+
+/** Who measured a surface. */
+enum {
+  /** Anything else: its errors have nothing to do with the rig's. */
+  PTZCAL_MEASURED_BY_OTHERS = 0,
+  /**
+   * The laser of the same rig, from where it stands now: what is wrong with the rig is wrong with the
+   * surface too, and largely cancels when the rig aims at it.
+   */
+  PTZCAL_MEASURED_BY_THIS_RIG = 1,
+};
+typedef int32_t ptzcal_measured_by;
+
+/** A fixed camera and a rig, for pointing. */
+typedef struct ptzcal_pointing ptzcal_pointing;
+
+/** Where to turn the head, and how surely. */
+typedef struct ptzcal_aim {
+  /** Set by ptzcal_aim_init. */
+  uint32_t struct_size;
+  /** 1 when there is a zoom curve, and `zoom` is set. */
+  uint32_t has_zoom;
+  /** 1 when the surface ends or bends about the target, or is sampled too thinly to tell: the target may be what is at `other_distance` instead. */
+  uint32_t edge;
+  /** 0. */
+  uint32_t reserved;
+  /** The device's reading at which the target is at the picture's centre, radians. */
+  double pan;
+  /** The device's reading, radians. */
+  double tilt;
+  /** Of the target's direction about them, in readings: pan pan, pan tilt, tilt tilt, rad^2. */
+  double angle_covariance[3];
+  /** The tightest zoom (the curve's own scale) that keeps the whole target in the picture with the probability asked for; the widest when none does. */
+  double zoom;
+  /** Of the whole target being in the picture. */
+  double probability;
+  /** Where the target is in the head camera's picture then, pixels. */
+  double uv[2];
+  /** Its covariance: xx, xy, yy, px^2. */
+  double uv_covariance[3];
+  /** The target in the world, metres. */
+  double point[3];
+  /** Its covariance, row-major, m^2. */
+  double point_covariance[9];
+  /** From the fixed camera's centre, metres. */
+  double distance;
+  /** From the fixed camera's centre, of what the target may be instead, metres; 0: the cloud shows nothing else. */
+  double other_distance;
+} ptzcal_aim;
+
+/** Where the fixed camera sees what the head camera sees. */
+typedef struct ptzcal_located {
+  /** Set by ptzcal_located_init. */
+  uint32_t struct_size;
+  /** As in ptzcal_aim. */
+  uint32_t edge;
+  /** 1 when the cloud has a surface between the fixed camera and the point. */
+  uint32_t hidden;
+  /** 0. */
+  uint32_t reserved;
+  /** Pixel of the fixed camera. */
+  double uv[2];
+  /** Its covariance: xx, xy, yy, px^2. */
+  double uv_covariance[3];
+  /** In the world, metres. */
+  double point[3];
+  /** Its covariance, row-major, m^2. */
+  double point_covariance[9];
+  /** From the head camera's centre, metres. */
+  double distance;
+  /** As in ptzcal_aim, from the head camera's centre. */
+  double other_distance;
+} ptzcal_located;
+
+/**
+ * Sets up an aim: everything 0.
+ *
+ * @param aim  The struct.
+ * @param size sizeof *aim.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_aim_init(ptzcal_aim *aim, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a location: everything 0.
+ *
+ * @param located The struct.
+ * @param size    sizeof *located.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_located_init(ptzcal_located *located, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes a pointing of a camera whose world is the rig's frame. The rig is taken as exact until
+ * ptzcal_pointing_set_rig_covariance; where the targets are must still be set.
+ *
+ * @param calibration The fixed camera with its covariance.
+ * @param model       The rig.
+ * @param pointing    Receives the pointing; free it with ptzcal_pointing_free.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT, PTZCAL_STATUS_NOT_FINITE,
+ *         PTZCAL_STATUS_LENS_NOT_MONOTONE for a model that makes no sense.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_new(const ptzcal_calibration *calibration,
+                                  const ptzcal_rig_model *model,
+                                  ptzcal_pointing **pointing,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes a pointing of a joint adjustment, with all that camera and rig have in common.
+ *
+ * @param adjusted The adjustment's answer.
+ * @param camera   The fixed camera's index.
+ * @param station  The station at which the rig stands.
+ * @param pointing Receives the pointing; free it with ptzcal_pointing_free.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a camera or station that does not
+ *         exist.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_new_adjusted(const ptzcal_adjusted *adjusted,
+                                           uint32_t camera,
+                                           uint32_t station,
+                                           ptzcal_pointing **pointing,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a pointing.
+ *
+ * @param pointing The pointing; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_pointing_free(ptzcal_pointing *pointing) PTZCAL_NOEXCEPT;
+
+/**
+ * Says how well the rig is known, independent of the camera.
+ *
+ * @param pointing   The pointing.
+ * @param covariance 225 numbers, 15 x 15: of the rig's parameters in the order of
+ *                   ptzcal_adjusted_copy_covariance, row-major, positive semi-definite.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_set_rig_covariance(ptzcal_pointing *pointing,
+                                                 const double *covariance,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Says where the rig stands, when that is not where the world is.
+ *
+ * @param pointing   The pointing.
+ * @param pose       The station in the world, X_world = rotation X_station + translation; its other
+ *                   members do not matter.
+ * @param covariance 36 numbers, row-major: of w in R <- exp([w]x) R (axes of the world, radians) and
+ *                   of the translation (metres); may be NULL: the pose is exact.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_set_station(ptzcal_pointing *pointing,
+                                          const ptzcal_pose *pose,
+                                          const double *covariance,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Says where the head comes to rest about its readings: its repeatability and, of a head with steps,
+ * step / sqrt(12). 0 until then.
+ *
+ * @param pointing The pointing.
+ * @param pan      Standard deviation of pan, radians.
+ * @param tilt     Standard deviation of tilt, radians.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_set_head_deviation(ptzcal_pointing *pointing,
+                                                 double pan,
+                                                 double tilt,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Gives the head camera's lens over zoom: aims then have a zoom. Its errors are taken as independent
+ * of the rig's axes and encoders.
+ *
+ * @param pointing The pointing.
+ * @param curve    The curve, of the rig's image size; it is copied.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_set_zoom_curve(ptzcal_pointing *pointing,
+                                             const ptzcal_zoom_curve *curve,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Says how far the head reaches: aims beyond are refused.
+ *
+ * @param pointing The pointing.
+ * @param pan_min  Least reading of pan, radians.
+ * @param pan_max  Greatest reading of pan, radians.
+ * @param tilt_min Least reading of tilt, radians.
+ * @param tilt_max Greatest reading of tilt, radians.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_set_reach(ptzcal_pointing *pointing,
+                                        double pan_min,
+                                        double pan_max,
+                                        double tilt_min,
+                                        double tilt_max,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The targets are on a plane n . x = distance of the world: the floor, the road, a wall.
+ *
+ * @param pointing    The pointing.
+ * @param normal      3 numbers, of any length but 0.
+ * @param distance    Metres times the normal's length.
+ * @param covariance  16 numbers, 4 x 4 row-major, positive semi-definite: of the unit normal's three
+ *                    components and the distance (metres); may be NULL: the plane is exact, but for
+ *                    what `measured_by` makes of it.
+ * @param measured_by A ptzcal_measured_by.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_set_plane(ptzcal_pointing *pointing,
+                                        const double *normal,
+                                        double distance,
+                                        const double *covariance,
+                                        uint32_t measured_by,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The targets are on the surface that a point cloud samples. The cloud is copied and arranged once: a
+ * second or two for a million points.
+ *
+ * @param pointing    The pointing.
+ * @param xyz         n x 3 numbers: points in the world, metres.
+ * @param covariances n x 9 numbers: of each point, row-major, positive semi-definite, m^2; may be
+ *                    NULL: estimated from the points' scatter.
+ * @param n           Number of points, at least 4.
+ * @param measured_by A ptzcal_measured_by.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NOT_FINITE (index: the
+ *         point); PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_set_cloud(ptzcal_pointing *pointing,
+                                        const double *xyz,
+                                        const double *covariances,
+                                        size_t n,
+                                        uint32_t measured_by,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The targets are at a known distance along their rays, from whichever camera sees the pixel.
+ *
+ * @param pointing The pointing.
+ * @param metres   The distance, positive.
+ * @param sigma    Its standard deviation, metres; 0: exact.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_set_distance(ptzcal_pointing *pointing,
+                                           double metres,
+                                           double sigma,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Where to turn the head, and how far to zoom, so that its camera shows at its picture's centre what the
+ * fixed camera shows at a pixel.
+ *
+ * @param pointing      The pointing.
+ * @param uv            2 numbers: a pixel of the fixed camera.
+ * @param uv_covariance 3 numbers: xx, xy, yy, px^2, positive semi-definite; may be NULL: the pixel is
+ *                      exact.
+ * @param probability   With which the whole target is to be in the picture, between 0 and 1.
+ * @param target_size   Diameter of the target, metres; 0 for a point.
+ * @param aim           Receives the aim; set up by ptzcal_aim_init.
+ * @param error         Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT (a pixel outside the picture, a
+ *         probability or size that is none); PTZCAL_STATUS_OUTSIDE_LENS; PTZCAL_STATUS_UNREACHABLE:
+ *         a pixel above the plane's horizon, one so near to it that its distance is known to no
+ *         better than 20 %, or an aim that the head cannot reach; PTZCAL_STATUS_NOT_FOUND: the cloud
+ *         has no surface near the ray; PTZCAL_STATUS_BAD_STATE: neither plane nor cloud nor distance
+ *         is set.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_aim(const ptzcal_pointing *pointing,
+                                  const double *uv,
+                                  const double *uv_covariance,
+                                  double probability,
+                                  double target_size,
+                                  ptzcal_aim *aim,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Where the fixed camera sees what the head camera sees at a pixel.
+ *
+ * @param pointing      The pointing.
+ * @param pan           Reading of the head, radians.
+ * @param tilt          Reading of the head, radians.
+ * @param zoom          Zoom on the curve's scale; without a curve it does not matter.
+ * @param uv            2 numbers: a pixel of the head camera.
+ * @param uv_covariance 3 numbers: xx, xy, yy, px^2, positive semi-definite; may be NULL: the pixel is
+ *                      exact.
+ * @param located       Receives the location; set up by ptzcal_located_init.
+ * @param error         Receives the error; may be NULL.
+ * @return As ptzcal_pointing_aim; PTZCAL_STATUS_UNREACHABLE also for a point outside the fixed
+ *         camera's picture, PTZCAL_STATUS_BEHIND_CAMERA for one that it cannot see.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_locate(const ptzcal_pointing *pointing,
+                                     double pan,
+                                     double tilt,
+                                     double zoom,
+                                     const double *uv,
+                                     const double *uv_covariance,
+                                     ptzcal_located *located,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The part of the fixed camera's picture in which what the head camera sees at a pixel can be, its depth
+ * unknown: of 65 places evenly spread in inverse distance those that are in the picture, nearest first.
+ *
+ * @param pointing      The pointing.
+ * @param pan           Reading of the head, radians.
+ * @param tilt          Reading of the head, radians.
+ * @param zoom          Zoom on the curve's scale; without a curve it does not matter.
+ * @param uv            2 numbers: a pixel of the head camera.
+ * @param uv_covariance 3 numbers: xx, xy, yy, px^2, positive semi-definite; may be NULL: the pixel is
+ *                      exact.
+ * @param nearest       Metres, positive.
+ * @param farthest      Metres; INFINITY is far enough.
+ * @param buffer        Receives 6 numbers a place: distance from the head camera's centre (metres), u,
+ *                      v, and xx, xy, yy of the pixel (px^2); may be NULL when capacity is 0.
+ * @param capacity      Numbers that fit.
+ * @param needed        Receives how many numbers there are; may be NULL.
+ * @param error         Receives the error; may be NULL.
+ * @return As ptzcal_pointing_locate; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_copy_located_along(const ptzcal_pointing *pointing,
+                                                 double pan,
+                                                 double tilt,
+                                                 double zoom,
+                                                 const double *uv,
+                                                 const double *uv_covariance,
+                                                 double nearest,
+                                                 double farthest,
+                                                 double *buffer,
+                                                 size_t capacity,
+                                                 size_t *needed,
+                                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The ellipse about a Gaussian's mean that holds it with a probability: of a pixel, or of pan and tilt.
+ *
+ * @param covariance  3 numbers: xx, xy, yy, positive semi-definite.
+ * @param probability Between 0 and 1.
+ * @param semi_axes   Receives 2 numbers: the longer half axis and the shorter, in the covariance's
+ *                    units.
+ * @param angle       Receives the longer axis's angle from x towards y, radians, from -pi/2 to pi/2.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_ellipse(const double *covariance,
+                             double probability,
+                             double *semi_axes,
+                             double *angle,
+                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Pointing: depth unknown
+ *
+ * Where the head would have to look along the ray of a fixed camera's pixel whose depth is unknown: the
+ * curve of pan and tilt, a zoom that shows all of it, or the steps that sweep it.
+ * ============================================================================================= */
+
+/** Where the target of a pixel may be. Immutable: any number of threads may read it. */
+typedef struct ptzcal_sweep ptzcal_sweep;
+
+/** What a sweep comes to. */
+typedef struct ptzcal_sweep_summary {
+  /** Set by ptzcal_sweep_summary_init. */
+  uint32_t struct_size;
+  /** Pictures that together show the whole curve; 1: one does. */
+  uint32_t steps;
+  /** Points of the curve. */
+  uint32_t points;
+  /** 1 when there is a zoom curve, and `zoom` is set. */
+  uint32_t has_zoom;
+  /** Least reading of pan on the curve, radians. */
+  double pan_min;
+  /** Greatest reading of pan, radians. */
+  double pan_max;
+  /** Least reading of tilt, radians. */
+  double tilt_min;
+  /** Greatest reading of tilt, radians. */
+  double tilt_max;
+  /** The middle of the range, radians. */
+  double middle_pan;
+  /** The middle of the range, radians. */
+  double middle_tilt;
+  /** The tightest zoom of one picture, the widest of several. */
+  double zoom;
+  /** Of the whole target being in one of the pictures, at the worst distance. */
+  double probability;
+} ptzcal_sweep_summary;
+
+/**
+ * Sets up a summary: everything 0.
+ *
+ * @param summary The struct.
+ * @param size    sizeof *summary.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sweep_summary_init(ptzcal_sweep_summary *summary,
+                                        size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * What to do about a pixel of the fixed camera whose depth is unknown, but for its nearest and farthest
+ * distance from that camera.
+ *
+ * @param pointing      The pointing.
+ * @param uv            2 numbers: a pixel of the fixed camera.
+ * @param uv_covariance 3 numbers: xx, xy, yy, px^2, positive semi-definite; may be NULL: the pixel is
+ *                      exact.
+ * @param nearest       Metres, positive.
+ * @param farthest      Metres; INFINITY is far enough.
+ * @param probability   With which the whole target is to be in the picture, between 0 and 1.
+ * @param target_size   Diameter of the target, metres; 0 for a point.
+ * @param sweep         Receives the sweep; free it with ptzcal_sweep_free.
+ * @param error         Receives the error; may be NULL.
+ * @return As ptzcal_pointing_aim, but for what concerns the depth; PTZCAL_STATUS_INVALID_ARGUMENT
+ *         for a range that is none.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_pointing_sweep(const ptzcal_pointing *pointing,
+                                    const double *uv,
+                                    const double *uv_covariance,
+                                    double nearest,
+                                    double farthest,
+                                    double probability,
+                                    double target_size,
+                                    ptzcal_sweep **sweep,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a sweep.
+ *
+ * @param sweep The sweep; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_sweep_free(ptzcal_sweep *sweep) PTZCAL_NOEXCEPT;
+
+/**
+ * What a sweep comes to.
+ *
+ * @param sweep   The sweep.
+ * @param summary Receives the summary; set up by ptzcal_sweep_summary_init.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sweep_get_summary(const ptzcal_sweep *sweep,
+                                       ptzcal_sweep_summary *summary,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The pictures that together show the whole curve, nearest first.
+ *
+ * @param sweep    The sweep.
+ * @param buffer   Receives pan and tilt of each, radians; may be NULL when capacity is 0.
+ * @param capacity Numbers that fit.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sweep_copy_steps(const ptzcal_sweep *sweep,
+                                      double *buffer,
+                                      size_t capacity,
+                                      size_t *needed,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Pan and tilt over the distance, nearest first.
+ *
+ * @param sweep    The sweep.
+ * @param buffer   Receives 6 numbers a point: distance from the fixed camera (metres), pan, tilt
+ *                 (radians), and the covariance of the target's direction about them: pan pan, pan
+ *                 tilt, tilt tilt (rad^2); may be NULL when capacity is 0.
+ * @param capacity Numbers that fit.
+ * @param needed   Receives how many numbers there are; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_sweep_copy_curve(const ptzcal_sweep *sweep,
+                                      double *buffer,
+                                      size_t capacity,
+                                      size_t *needed,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
  * Files
  *
  * Cameras and clouds on disk. A file is written at once or not at all: on an error the old one, if
@@ -8449,7 +11078,8 @@ ptzcal_status ptzcal_camera_load_opencv(const char *path,
                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
- * Writes the measured points of a scan as binary PLY, with their colours and standard deviations.
+ * Writes the measured points of a scan as binary PLY, with their colours and covariances:
+ * ptzcal_cloud_from_scan and ptzcal_cloud_save in one.
  *
  * @param scan  The scan.
  * @param path  The file.

@@ -7,11 +7,11 @@ use std::process::Command;
 use nalgebra::{DMatrix, Vector2, Vector3};
 use ptzcal::error::{Error, Result, Status};
 use ptzcal::format::{
-    CalibrationRecord, CameraRecord, OpenCvCamera, PointCloud, model_json, opencv_yaml, ply, read_camera,
-    read_opencv_yaml, read_ply, write_atomically, write_camera, write_opencv_yaml, write_ply,
+    CalibrationRecord, CameraRecord, OpenCvCamera, model_json, opencv_yaml, ply, read_camera, read_opencv_yaml,
+    read_ply, write_atomically, write_camera, write_opencv_yaml, write_ply,
 };
 use ptzcal::geometry::rigid::exp;
-use ptzcal::geometry::{Camera, Distortion, Intrinsics, Rigid};
+use ptzcal::geometry::{Camera, CloudNoise, Distortion, Intrinsics, PointCloud, Rigid};
 
 /// A folder of its own for each test, removed at its end.
 struct Folder(PathBuf);
@@ -318,7 +318,8 @@ fn cloud() -> PointCloud {
     PointCloud {
         positions: vec![Vector3::new(0.5, -1.25, 3.0), Vector3::new(-0.125, 2.0, 4.5), Vector3::zeros()],
         colours: vec![[255, 0, 7], [10, 20, 30], [0, 0, 0]],
-        deviations: Some(vec![0.25, 0.5, 0.0]),
+        normals: None,
+        noise: CloudNoise::Deviations(vec![0.25, 0.5, 0.0]),
     }
 }
 
@@ -326,19 +327,19 @@ fn cloud() -> PointCloud {
 fn ply_gives_back_the_cloud() {
     let folder = Folder::new("ply");
     let path = folder.file("cloud.ply");
-    for cloud in [cloud(), PointCloud { deviations: None, ..cloud() }, PointCloud::default()] {
+    for cloud in [cloud(), PointCloud { noise: CloudNoise::Unknown, ..cloud() }, PointCloud::default()] {
         write_ply(&path, &cloud).unwrap();
-        assert_eq!(read_ply(&path).unwrap(), cloud);
+        assert_eq!(read_ply(&path).unwrap().cloud, cloud);
     }
     // Map coordinates: a float would be off by a quarter of a metre.
     let mut far = cloud();
     far.positions[1] = Vector3::new(487_523.123_456_7, 4_287_654.987_654_3, 102.1);
     write_ply(&path, &far).unwrap();
-    assert_eq!(read_ply(&path).unwrap(), far);
+    assert_eq!(read_ply(&path).unwrap().cloud, far);
     let mut fine = cloud();
     fine.positions[0] = Vector3::new(0.1, 999.9, -5.3);
     write_ply(&path, &fine).unwrap();
-    assert!((read_ply(&path).unwrap().positions[0] - fine.positions[0]).amax() < 5e-5);
+    assert!((read_ply(&path).unwrap().cloud.positions[0] - fine.positions[0]).amax() < 5e-5);
 }
 
 #[test]
@@ -376,9 +377,9 @@ fn ply_of_others_is_read_and_lies_are_refused() {
         bytes.push(-4i8 as u8);
     }
     bytes.extend([3, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0]);
-    let cloud = ply::from_ply(&bytes, "mesh").unwrap();
+    let cloud = ply::from_ply(&bytes, "mesh").unwrap().cloud;
     assert_eq!(cloud.positions, [Vector3::new(-4.0, 0.25, 1.5), Vector3::new(-4.0, 0.25, -2.5)]);
-    assert_eq!((cloud.colours, cloud.deviations), (vec![[255; 3]; 2], None));
+    assert_eq!((cloud.colours, cloud.noise), (vec![[255; 3]; 2], CloudNoise::Unknown));
 
     let own = ply::to_ply(&self::cloud()).unwrap();
     let changed = |from: &str, to: &str| {
@@ -392,9 +393,10 @@ fn ply_of_others_is_read_and_lies_are_refused() {
     assert_eq!(changed("vertex 3", "vertex 2"), Status::FileFormat);
     assert_eq!(changed("property float z\n", ""), Status::FileFormat);
     assert_eq!(changed("float z", "quad z"), Status::FileFormat);
-    assert_eq!(changed("binary_little_endian", "ascii"), Status::Unsupported);
-    assert_eq!(changed("property float z", "property list uchar float z"), Status::Unsupported);
-    assert_eq!(changed("element vertex", "element camera 1\nelement vertex"), Status::Unsupported);
+    assert_eq!(changed("binary_little_endian", "ascii"), Status::FileFormat);
+    assert_eq!(changed("binary_little_endian", "binary_middle_endian"), Status::Unsupported);
+    assert_eq!(changed("property float z", "property list uchar float z"), Status::FileFormat);
+    assert_eq!(changed("property uchar red", "property int red"), Status::FileFormat);
     assert_eq!(changed("ply\n", "plx\n"), Status::FileFormat);
     assert_eq!(changed("end_header\n", ""), Status::FileFormat);
     assert_eq!(ply::from_ply(&[b'a'; 100_000], "cloud").unwrap_err().status(), Status::FileFormat);
@@ -402,13 +404,15 @@ fn ply_of_others_is_read_and_lies_are_refused() {
     let mut nan = own.clone();
     let z = own.len() - 19 + 8;
     nan[z..z + 4].copy_from_slice(&f32::NAN.to_le_bytes());
-    assert!(ply::from_ply(&nan, "cloud").unwrap_err().to_string().contains("positions[2]"));
+    // A point that was not measured.
+    let file = ply::from_ply(&nan, "cloud").unwrap();
+    assert_eq!((file.cloud.len(), file.skipped), (2, 1));
 
     let folder = Folder::new("bad-ply");
     for bad in [
         PointCloud { colours: vec![], ..self::cloud() },
-        PointCloud { deviations: Some(vec![0.1]), ..self::cloud() },
-        PointCloud { deviations: Some(vec![0.1, f64::INFINITY, 0.2]), ..self::cloud() },
+        PointCloud { noise: CloudNoise::Deviations(vec![0.1]), ..self::cloud() },
+        PointCloud { noise: CloudNoise::Deviations(vec![0.1, f64::INFINITY, 0.2]), ..self::cloud() },
         PointCloud { positions: vec![Vector3::new(f64::NAN, 0.0, 0.0); 3], ..self::cloud() },
     ] {
         assert!(write_ply(&folder.file("cloud.ply"), &bad).is_err());

@@ -107,6 +107,41 @@ fn example_scans_the_simulator() {
 }
 
 #[test]
+fn example_exports_a_model() {
+    let folder = tempfile::tempdir().unwrap();
+    let to = folder.path().to_str().unwrap();
+    let Some(text) = run(&["examples/python/export_model.py", to, "24", "16"]) else { return };
+    let line = text.lines().last().unwrap();
+    let mesh = ptzcal::format::read_mesh(&folder.path().join("model.glb")).unwrap();
+    assert!(line.contains(&format!("{} triangles", mesh.triangles.len())), "{line}");
+    assert!(mesh.untextured().len() * 20 < mesh.triangles.len() && mesh.triangles.len() > 400, "{line}");
+    let cloud = ptzcal::format::read_cloud(&folder.path().join("cloud.pcd")).unwrap().cloud;
+    assert!(line.starts_with(&format!("{} points", cloud.len())), "{line}");
+    assert!(ptzcal::format::read_mesh(&folder.path().join("model.wrl")).unwrap().textures.len() == mesh.textures.len());
+    ptzcal::format::read_depth(&folder.path().join("depth.png"), 0.001).unwrap();
+}
+
+#[test]
+fn example_makes_a_precision_label() {
+    let folder = tempfile::tempdir().unwrap();
+    let to = folder.path().to_str().unwrap();
+    let Some(text) = run(&["examples/python/precision_label.py", to]) else { return };
+    assert!(text.contains("chosen shots; any number leaves"), "{text}");
+    for name in ["label.csv", "label.json", "label.svg", "handoff.svg", "errors.svg", "grid.svg", "scatter.svg"] {
+        assert!(folder.path().join(name).metadata().unwrap().len() > 500, "{name}");
+    }
+}
+
+#[test]
+fn example_looks_where_it_is_clicked() {
+    if let Some(text) = run(&["examples/python/click_to_point.py", "16", "12"]) {
+        let line = text.lines().last().unwrap();
+        let within: f64 = line.split("within ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+        assert!(within < 12.0, "{text}");
+    }
+}
+
+#[test]
 fn example_calibrates_from_rgbd() {
     let Some(folder) = data::folder("rgbd_nyu") else { return };
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();

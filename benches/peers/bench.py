@@ -97,12 +97,15 @@ def main() -> None:
         tasks.cv2.setNumThreads(1)
     if tasks.scipy is None:
         print("SKIPPED the comparison with SciPy: it is not installed; ours is timed alone")
+    if tasks.open3d is None:
+        print("SKIPPED the comparison with Open3D: it is not installed; ours is timed alone")
     versions = {
         "ptzcal": ptzcal.version(),
         "Python": sys.version.split()[0],
         "NumPy": np.__version__,
         "SciPy": getattr(tasks.scipy, "__version__", None),
         "OpenCV": getattr(tasks.cv2, "__version__", None),
+        "Open3D": getattr(tasks.open3d, "__version__", None),
     }
     print(", ".join(f"{name} {version}" for name, version in versions.items() if version))
     print("ours through the Python binding; one thread; milliseconds; ratio = peer / ours\n")

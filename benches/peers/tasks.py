@@ -1,11 +1,13 @@
 """The tasks: ours, the peers as a competent user calls them, and whether the results are right."""
 
+import tempfile
 from dataclasses import dataclass
 from typing import Any, Callable, Iterator, Optional
 
 import numpy as np
 
 import joint
+import noise_study
 import ptzcal
 import scenes
 
@@ -13,6 +15,10 @@ try:
     import cv2
 except ImportError:
     cv2 = None
+try:
+    import open3d
+except ImportError:
+    open3d = None
 try:
     import scipy.linalg
     import scipy.optimize
@@ -692,6 +698,37 @@ def _adjustment(s: joint.Survey) -> ptzcal.Adjustment:
     return survey
 
 
+def studies() -> Iterator[Task]:
+    """The thesis's noise study with the cascade as printed: 6 x 6 noises of both cameras, 100 trials, two DLTs
+    of 2021 points each. With noise of its own for every cell ours does the peers' work; common noise
+    is what the library does unless it is told otherwise."""
+    points, control = noise_study.data()
+    made = noise_study.set_up(points, control)
+    assert len(made) == len(points)
+    # Of the corner where both are noisy; 100 trials scatter by a twentieth.
+    reference = noise_study.batched(points, control, np.array([2.0]), 1000, seed=5)[0, 0]
+
+    def error(means):
+        return abs(means[-1, -1] / reference - 1)
+
+    for draws, peer, theirs in (
+        ("independent", "NumPy, SVD for each trial", noise_study.by_svd),
+        ("independent", "NumPy, all trials of a cell at once", noise_study.batched),
+        ("common", "NumPy, all trials of a cell at once", noise_study.batched),
+    ):
+        yield Task(
+            "noise study, cascade as printed",
+            f"6x6 x 100 x 2 DLT x 2021, {draws} noise",
+            peer,
+            lambda draws=draws: noise_study.ours(made, draws),
+            lambda theirs=theirs: theirs(points, control),
+            error,
+            error,
+            "",
+            0.2,
+        )
+
+
 def adjustments() -> Iterator[Task]:
     """Ours from a cold start, with its covariance and outliers looked for; SciPy from the truth
     shifted by a few pixels and centimetres, with the Jacobian's sparsity given, without covariance."""
@@ -743,6 +780,76 @@ def adjustments() -> Iterator[Task]:
         )
 
 
+# ---- clouds -------------------------------------------------------------------------------------
+
+
+def clouds() -> Iterator[Task]:
+    """A million coloured points: to a PLY file, from it, and thinned to voxels of 5 cm."""
+    n, voxel = 1_000_000, 0.05
+    rng = np.random.default_rng(5)
+    xyz = rng.uniform((-4, -1.5, 1), (4, 1.5, 9), (n, 3)).astype(np.float32).astype(float)
+    rgb = rng.integers(0, 256, (n, 3), np.uint8)
+    own = ptzcal.Cloud(xyz, rgb=rgb)
+    other = None
+    if open3d is not None:
+        other = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(xyz))
+        other.colors = open3d.utility.Vector3dVector(rgb / 255.0)
+    folder = tempfile.TemporaryDirectory()
+    own_path, other_path = f"{folder.name}/own.ply", f"{folder.name}/other.ply"
+    own.save(own_path)
+
+    def points(found):
+        return np.abs(np.asarray(found.points if hasattr(found, "points") else found.xyz) - xyz).max()
+
+    def write_other():
+        assert open3d.io.write_point_cloud(other_path, other)
+
+    yield Task(
+        "write a PLY cloud",
+        str(n),
+        "Open3D",
+        lambda: own.save(own_path),
+        _with(open3d, write_other),
+        lambda _: points(ptzcal.Cloud.load(own_path)),
+        lambda _: points(open3d.io.read_point_cloud(other_path)),
+        "m",
+        1e-6,
+    )
+    yield Task(
+        "read a PLY cloud",
+        str(n),
+        "Open3D",
+        lambda: ptzcal.Cloud.load(own_path),
+        # Not while `folder` is gone.
+        _with(open3d, lambda folder=folder: open3d.io.read_point_cloud(own_path)),
+        points,
+        points,
+        "m",
+        1e-6,
+    )
+
+    # Every voxel's mean, and how many there are; Open3D's grid begins half a voxel before the least.
+    voxels = len(np.unique(np.floor(xyz / voxel).astype(np.int64) @ (1, 1 << 20, 1 << 40)))
+
+    def ours_thin():
+        cloud = ptzcal.Cloud()
+        cloud.merge(own)
+        cloud.thin(voxel)
+        return cloud
+
+    yield Task(
+        "thin a cloud to 5 cm",
+        str(n),
+        "Open3D voxel_down_sample",
+        ours_thin,
+        _with(open3d, lambda: other.voxel_down_sample(voxel)),
+        lambda found: abs(len(found) / voxels - 1),
+        lambda found: abs(len(found.points) / voxels - 1),
+        "of the voxels",
+        0.02,
+    )
+
+
 GROUPS = (
     spots,
     spot_centres,
@@ -753,6 +860,8 @@ GROUPS = (
     robust_calibrations,
     boards,
     adjustments,
+    studies,
     aiming,
     calls,
+    clouds,
 )

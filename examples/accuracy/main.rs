@@ -18,6 +18,7 @@ mod lens;
 mod lines;
 #[path = "../../tests/support/meva.rs"]
 mod meva;
+mod model;
 mod outliers;
 #[path = "../../tests/support/pcd.rs"]
 mod pcd;
@@ -25,6 +26,7 @@ mod real;
 mod settle;
 mod simulated;
 mod stations;
+mod study;
 #[path = "../../tests/support/thesis.rs"]
 mod thesis;
 mod zoom;
@@ -77,8 +79,14 @@ fn main() -> std::io::Result<()> {
     if wanted("lines") {
         lines::run(scale(500), &mut report);
     }
+    if wanted("model") {
+        model::run(scale(400), &mut report);
+    }
     if wanted("lens") {
         lens::run(scale(400), &mut report);
+    }
+    if wanted("study") {
+        study::run(scale(400), &mut report);
     }
     if wanted("end_to_end") {
         end_to_end::run(&mut report);

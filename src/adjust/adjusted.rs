@@ -366,15 +366,10 @@ impl Adjusted {
         let far = || Error::Unreachable { reason: "the spot lies at or beyond infinity".into() };
         let own = measured.point().filter(|_| measured.rho > 1e-9).ok_or_else(far)?;
         let InverseDepthPoint { rho, variance, .. } = measured;
-        let ray = self.rig.laser_ray(pan, tilt, [0.0; 2]);
-        let image = self.rig.spot_image(rho).ok_or_else(far)?;
         let weight = covariance.try_inverse().ok_or_else(|| Error::invalid("covariance", "is singular"))?;
-        // d rho / d rig by the implicit function theorem at the spot's own optimum.
-        let lever = weight * image.by_rho * variance;
-        let slope = -ray.direction / (rho * rho);
+        let moved = self.rig.measured_point_by(pan, tilt, rho, &weight).ok_or_else(far)?;
         let mut by = DMatrix::<f64>::zeros(3, RIG_PARAMETERS + 6);
-        for i in 0..RIG_PARAMETERS {
-            let moved = ray.origin_by[i] + ray.direction_by[i] / rho - slope * lever.dot(&image.by[i]);
+        for (i, moved) in moved.iter().enumerate() {
             by.set_column(i, &(pose.rotation * moved));
         }
         let arm = pose.rotation * own;
@@ -386,7 +381,7 @@ impl Adjusted {
         let at = |k: usize| if k < RIG_PARAMETERS { k } else { first + k - RIG_PARAMETERS };
         let n = RIG_PARAMETERS + 6;
         let block = DMatrix::from_fn(n, n, |i, j| self.covariance[(at(i), at(j))]);
-        let along = pose.rotation * slope;
+        let along = pose.rotation * (self.rig.laser_ray(pan, tilt, [0.0; 2]).direction / (-rho * rho));
         let total = (&by * block * by.transpose()).fixed_view::<3, 3>(0, 0) + along * along.transpose() * variance;
         Ok((pose.apply(&own), total))
     }

@@ -80,7 +80,7 @@ impl SeenPlanes {
         placed.iter().find_map(|(shared, pose)| {
             let (relative, _) = plane_to_plane(shared).ok().filter(|(_, c)| *c < MAX_CONDITION)?;
             // With their whole covariances, planes that are hit in a small patch do less harm.
-            let better = maximum_likelihood(shared, relative).map_or(relative, |p| p.b_to_a);
+            let better = maximum_likelihood(shared, relative).map_or(relative, |fit| fit.b_to_a);
             Some(pose.after(&better))
         })
     }

@@ -2,14 +2,14 @@
 //! and points where those rays end, each with a first-order covariance.
 
 use nalgebra::{
-    Const, Dyn, Matrix2, Matrix2x3, Matrix2xX, Matrix3, Matrix3x6, Matrix6, Matrix6x2, Matrix6xX, OMatrix, SMatrix,
-    Vector2, Vector3,
+    Const, DMatrix, Dyn, Matrix2, Matrix2x3, Matrix2xX, Matrix3, Matrix3x6, Matrix6, Matrix6x2, Matrix6xX, OMatrix,
+    SMatrix, Vector2, Vector3,
 };
 
 use super::Calibration;
 use crate::error::{Error, Result};
 use crate::geometry::camera::Projection;
-use crate::geometry::{Plane, Ray};
+use crate::geometry::{Camera, Plane, Ray};
 
 /// Where a point is seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,6 +36,14 @@ pub struct UncertainPoint {
     pub covariance: Matrix3<f64>,
 }
 
+/// A pixel's ray with its derivatives.
+pub(crate) struct RayDerivatives {
+    pub ray: Ray,
+    /// Of the origin and the unit direction by the parameters, in the order of the covariance.
+    pub by_parameters: Matrix6xX<f64>,
+    pub by_pixel: Matrix6x2<f64>,
+}
+
 impl Calibration {
     /// Where the camera sees a world point (metres). The covariance holds the camera's own uncertainty
     /// and, where given, the point's (m^2, positive semi-definite), independent of it; not the noise of
@@ -44,68 +52,93 @@ impl Calibration {
     /// # Errors
     /// `BehindCamera`, `OutsideLens`, `NotFinite`, `InvalidArgument` for a covariance that is none.
     pub fn project(&self, world: &Vector3<f64>, covariance: Option<&Matrix3<f64>>) -> Result<UncertainPixel> {
-        finite(world.as_slice(), "xyz")?;
-        let p = self.camera.project_with_jacobian(world).ok_or_else(|| {
-            let in_front = self.camera.pose.apply(world).z > 0.0;
-            if in_front { Error::OutsideLens { index: 0 } } else { Error::BehindCamera { index: 0 } }
-        })?;
-        let mut sum = self.propagate(&self.by_parameters(&p, &p.by_centre));
+        let (pixel, by_parameters, by_point) = self.pixel_with_derivatives(world)?;
+        let mut sum = self.propagate(&by_parameters);
         if let Some(c) = covariance {
             semidefinite(c, "xyz covariance")?;
-            sum += p.by_point * c * p.by_point.transpose();
+            sum += by_point * c * by_point.transpose();
         }
-        Ok(UncertainPixel { pixel: p.pixel, covariance: symmetric(&sum) })
+        Ok(UncertainPixel { pixel, covariance: symmetric(&sum) })
     }
 
     /// The ray through a pixel, from the camera's centre. The covariance holds the camera's own
     /// uncertainty and, where given, the pixel's (px^2, positive semi-definite), independent of it.
     ///
-    /// Its derivatives are those of the projection, inverted (the implicit function theorem), so that
-    /// no lens model needs a second set.
-    ///
     /// # Errors
     /// `OutsideLens` where no ray reaches the pixel, `NotFinite`, `InvalidArgument`.
     pub fn back_project(&self, pixel: &Vector2<f64>, covariance: Option<&Matrix2<f64>>) -> Result<UncertainRay> {
-        finite(pixel.as_slice(), "uv")?;
-        let outside = || Error::OutsideLens { index: 0 };
-        let ray = self.camera.back_project(pixel).ok_or_else(outside)?;
-        let d = ray.direction;
-        // As a point at infinity the direction moves with everything but the centre.
-        let p = self.camera.project_homogeneous(&d, 0.0).ok_or_else(outside)?;
-        // Two unit vectors across the ray: all that a unit direction can do.
-        let e1 = d.cross(&Vector3::ith(d.iamin(), 1.0)).normalize();
-        let across = SMatrix::<f64, 3, 2>::from_columns(&[e1, d.cross(&e1)]);
-        let by_pixel = across * (p.by_point * across).try_inverse().ok_or_else(outside)?;
-        let lens = self.by_parameters(&p, &Matrix2x3::zeros());
-        let parameters = lens.ncols();
-        let mut g = Matrix6xX::zeros(parameters);
-        g.view_mut((0, parameters - 3), (3, 3)).fill_with_identity();
-        g.view_mut((3, 0), (3, parameters)).copy_from(&(by_pixel * -lens));
-        let mut sum = self.propagate(&g);
+        let RayDerivatives { ray, by_parameters, by_pixel } = self.ray_with_derivatives(pixel)?;
+        let mut sum = self.propagate(&by_parameters);
         if let Some(c) = covariance {
             semidefinite(c, "uv covariance")?;
-            let mut g = Matrix6x2::zeros();
-            g.fixed_view_mut::<3, 2>(3, 0).copy_from(&by_pixel);
-            sum += g * c * g.transpose();
+            sum += by_pixel * c * by_pixel.transpose();
         }
         Ok(UncertainRay { ray, covariance: symmetric(&sum) })
     }
 
-    /// Derivatives of a pixel by the parameters, in the order of the covariance.
-    fn by_parameters(&self, p: &Projection, by_centre: &Matrix2x3<f64>) -> Matrix2xX<f64> {
-        let coefficients = self.camera.distortion.coefficients().len();
-        let mut j = Matrix2xX::zeros(11 + coefficients);
-        j.columns_mut(0, 5).copy_from(&p.by_intrinsics);
-        j.columns_mut(5, coefficients).copy_from(&p.by_distortion.columns(0, coefficients));
-        j.columns_mut(5 + coefficients, 3).copy_from(&p.by_rotation);
-        j.columns_mut(8 + coefficients, 3).copy_from(by_centre);
-        j
+    /// The ray through a pixel and how it moves: the derivatives of the projection, inverted (the
+    /// implicit function theorem), so that no lens model needs a second set.
+    pub(crate) fn ray_with_derivatives(&self, pixel: &Vector2<f64>) -> Result<RayDerivatives> {
+        ray_derivatives(&self.camera, pixel)
+    }
+
+    /// The pixel of a world point, with its derivatives by the parameters and by the point.
+    pub(crate) fn pixel_with_derivatives(
+        &self,
+        world: &Vector3<f64>,
+    ) -> Result<(Vector2<f64>, Matrix2xX<f64>, Matrix2x3<f64>)> {
+        finite(world.as_slice(), "xyz")?;
+        let p = self.camera.project_with_jacobian(world).ok_or_else(|| {
+            let in_front = self.camera.pose.apply(world).z > 0.0;
+            if in_front { Error::OutsideLens { index: 0 } } else { Error::BehindCamera { index: 0 } }
+        })?;
+        Ok((p.pixel, by_parameters(&self.camera, &p, &p.by_centre), p.by_point))
     }
 
     /// J C J^T with the calibration's covariance.
     fn propagate<const N: usize>(&self, j: &OMatrix<f64, Const<N>, Dyn>) -> SMatrix<f64, N, N> {
         j * &self.covariance * j.transpose()
     }
+}
+
+/// The ray through a pixel of a camera whose parameters have this covariance, in the order of
+/// [`Calibration::covariance`]: [`Calibration::back_project`] without a pixel's noise.
+pub(crate) fn ray_covariance(camera: &Camera, covariance: &DMatrix<f64>, pixel: &Vector2<f64>) -> Result<UncertainRay> {
+    let RayDerivatives { ray, by_parameters, .. } = ray_derivatives(camera, pixel)?;
+    let sum = &by_parameters * covariance * by_parameters.transpose();
+    Ok(UncertainRay { ray, covariance: symmetric(&sum) })
+}
+
+fn ray_derivatives(camera: &Camera, pixel: &Vector2<f64>) -> Result<RayDerivatives> {
+    finite(pixel.as_slice(), "uv")?;
+    let outside = || Error::OutsideLens { index: 0 };
+    let ray = camera.back_project(pixel).ok_or_else(outside)?;
+    let d = ray.direction;
+    // As a point at infinity the direction moves with everything but the centre.
+    let p = camera.project_homogeneous(&d, 0.0).ok_or_else(outside)?;
+    // Two unit vectors across the ray: all that a unit direction can do.
+    let e1 = d.cross(&Vector3::ith(d.iamin(), 1.0)).normalize();
+    let across = SMatrix::<f64, 3, 2>::from_columns(&[e1, d.cross(&e1)]);
+    let direction_by_pixel = across * (p.by_point * across).try_inverse().ok_or_else(outside)?;
+    let lens = by_parameters(camera, &p, &Matrix2x3::zeros());
+    let parameters = lens.ncols();
+    let mut by_parameters = Matrix6xX::zeros(parameters);
+    by_parameters.view_mut((0, parameters - 3), (3, 3)).fill_with_identity();
+    by_parameters.view_mut((3, 0), (3, parameters)).copy_from(&(direction_by_pixel * -lens));
+    let mut by_pixel = Matrix6x2::zeros();
+    by_pixel.fixed_view_mut::<3, 2>(3, 0).copy_from(&direction_by_pixel);
+    Ok(RayDerivatives { ray, by_parameters, by_pixel })
+}
+
+/// Derivatives of a pixel by the parameters, in the order of the covariance.
+fn by_parameters(camera: &Camera, p: &Projection, by_centre: &Matrix2x3<f64>) -> Matrix2xX<f64> {
+    let coefficients = camera.distortion.coefficients().len();
+    let mut j = Matrix2xX::zeros(11 + coefficients);
+    j.columns_mut(0, 5).copy_from(&p.by_intrinsics);
+    j.columns_mut(5, coefficients).copy_from(&p.by_distortion.columns(0, coefficients));
+    j.columns_mut(5 + coefficients, 3).copy_from(&p.by_rotation);
+    j.columns_mut(8 + coefficients, 3).copy_from(by_centre);
+    j
 }
 
 impl UncertainRay {
@@ -154,7 +187,7 @@ fn finite(values: &[f64], name: &'static str) -> Result<()> {
 }
 
 /// Refuses what is no covariance; zero is one.
-fn semidefinite<const N: usize>(c: &SMatrix<f64, N, N>, name: &'static str) -> Result<()> {
+pub(crate) fn semidefinite<const N: usize>(c: &SMatrix<f64, N, N>, name: &'static str) -> Result<()> {
     finite(c.as_slice(), name)?;
     // Every two variables' covariance is bounded by their variances: enough to catch what is mistyped
     // or misordered, at the price of three numbers.

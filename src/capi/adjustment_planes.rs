@@ -52,7 +52,7 @@ pub unsafe extern "C" fn ptzcal_adjustment_add_plane(
 ///
 /// @param adjustment The survey.
 /// @param first      The first shot; the others follow it.
-/// @param planes     n indices of planes, or PTZCAL_NO_PLANE.
+/// @param hits       n indices of planes, or PTZCAL_NO_PLANE.
 /// @param n          Number of shots.
 /// @param error      Receives the error; may be NULL.
 /// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a shot or a plane that does not exist and
@@ -64,7 +64,7 @@ pub unsafe extern "C" fn ptzcal_adjustment_add_plane(
 pub unsafe extern "C" fn ptzcal_adjustment_set_planes(
     adjustment: *mut ptzcal_adjustment,
     first: usize,
-    planes: *const u32,
+    hits: *const u32,
     n: usize,
     error: *mut *mut ptzcal_error,
 ) -> ptzcal_status {
@@ -72,13 +72,13 @@ pub unsafe extern "C" fn ptzcal_adjustment_set_planes(
     let error = unsafe { ErrorOut::new(error) };
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
-        let (adjustment, planes) = unsafe { (borrow(adjustment)?, array(planes, n, "planes")?) };
+        let (adjustment, hits) = unsafe { (borrow(adjustment)?, array(hits, n, "hits")?) };
         let mut adjustment = adjustment.0.write(ptzcal_adjustment::NAME)?;
         if first.checked_add(n).is_none_or(|end| end > adjustment.shots().len()) {
             let detail = format!("{n} from {first} on, of {}", adjustment.shots().len());
             return Err(Error::invalid("shots", detail));
         }
-        let hits = planes.iter().enumerate().filter(|(_, plane)| **plane != PTZCAL_NO_PLANE);
+        let hits = hits.iter().enumerate().filter(|(_, plane)| **plane != PTZCAL_NO_PLANE);
         adjustment.set_planes(hits.map(|(i, plane)| (first + i, *plane as usize)))
     })
 }

@@ -1,22 +1,36 @@
 //! Depth maps
 //!
-//! For every pixel of a camera the depth along its optical axis, as depth cameras give it, registered
-//! to their colour image. The map is a copy: the caller's memory is free after the call.
+//! For every pixel of a camera the depth along its optical axis: as depth cameras give it, registered
+//! to their colour image, or as a cloud or mesh has it (ptzcal_cloud_depth_map, ptzcal_mesh_depth_map).
+//! The map is a copy: the caller's memory is free after the call.
 
 use std::ffi::c_char;
 use std::path::Path;
 
-use super::args::{Out, PTZCAL_MAX_COUNT, Plain, array, number, string};
+use super::args::{BufferOut, Out, PTZCAL_MAX_COUNT, Plain, array, number, string};
 use super::call::{ErrorOut, guard, guard_or};
 use super::error::ptzcal_error;
 use super::handle::{Handle, HandleOut, borrow, free};
 use super::status::ptzcal_status;
+use crate::cloud::DepthView;
 use crate::error::{Error, Result};
-use crate::format::read_depth;
+use crate::format::{read_depth, write_depth};
 use crate::image::DepthMap;
 
 /// Depths of an image's pixels. Immutable: any number of threads may read it.
-pub struct ptzcal_depth_map(pub(super) DepthMap);
+pub struct ptzcal_depth_map(pub(super) DepthMap, Option<Vec<f32>>);
+
+impl From<DepthMap> for ptzcal_depth_map {
+    fn from(map: DepthMap) -> Self {
+        Self(map, None)
+    }
+}
+
+impl From<DepthView> for ptzcal_depth_map {
+    fn from(DepthView { map, variance }: DepthView) -> Self {
+        Self(map, variance)
+    }
+}
 
 impl Handle for ptzcal_depth_map {
     const NAME: &'static str = "depth map";
@@ -38,7 +52,7 @@ unsafe fn of_values<T: Plain + Into<f64>>(
     // Without the padding.
     let rows = values.chunks(stride).flat_map(|row| row[..width as usize].iter());
     let depths = rows.map(|z| ((*z).into() * metres) as f32).collect();
-    Ok(ptzcal_depth_map(DepthMap::new(width, height, depths)?))
+    Ok(DepthMap::new(width, height, depths)?.into())
 }
 
 /// Values that a map of this size takes; refuses strides that are too short.
@@ -149,7 +163,7 @@ pub unsafe extern "C" fn ptzcal_depth_map_read(
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
         let (map, path) = unsafe { (HandleOut::new(map)?, string(path, "path")?) };
-        map.give(ptzcal_depth_map(read_depth(Path::new(path), positive(metres)?)?));
+        map.give(read_depth(Path::new(path), positive(metres)?)?.into());
         Ok(())
     })
 }
@@ -207,5 +221,91 @@ pub unsafe extern "C" fn ptzcal_depth_map_size(
             known.write(map.0.known());
         }
         Ok(())
+    })
+}
+
+/// Copies the depths: width x height numbers, row by row, metres; 0 where there is none.
+///
+/// @param map      The map.
+/// @param buffer   Receives the numbers; may be NULL when `capacity` is 0.
+/// @param capacity Numbers that fit into `buffer`.
+/// @param needed   Receives how many numbers there are; may be NULL.
+/// @param error    Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+///
+/// Threads: shared.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_depth_map_copy_metres(
+    map: *const ptzcal_depth_map,
+    buffer: *mut f32,
+    capacity: usize,
+    needed: *mut usize,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (map, out) = unsafe { (borrow(map)?, BufferOut::new(buffer, capacity, needed)?) };
+        out.write(map.0.metres())
+    })
+}
+
+/// Copies the variances of a map that was made of a cloud or mesh: width x height numbers, row by row,
+/// m^2; 0 where there is no depth.
+///
+/// @param map      The map.
+/// @param buffer   Receives the numbers; may be NULL when `capacity` is 0.
+/// @param capacity Numbers that fit into `buffer`.
+/// @param needed   Receives how many numbers there are; may be NULL.
+/// @param error    Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL; PTZCAL_STATUS_BAD_STATE where the noise is
+///         unknown.
+///
+/// Threads: shared.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_depth_map_copy_variances(
+    map: *const ptzcal_depth_map,
+    buffer: *mut f32,
+    capacity: usize,
+    needed: *mut usize,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (map, out) = unsafe { (borrow(map)?, BufferOut::new(buffer, capacity, needed)?) };
+        let unknown = || Error::BadState { reason: "the variances of this depth map are not known".into() };
+        out.write(map.1.as_ref().ok_or_else(unknown)?)
+    })
+}
+
+/// Writes a depth map as a PNG with one channel of 16 bits; 0 is no depth.
+///
+/// @param map    The map.
+/// @param path   The file.
+/// @param metres Metres per unit: 0.001 for millimetres, up to 65.535 m.
+/// @param error  Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for units in which a depth is none, or too
+///         large; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_DISK_FULL.
+///
+/// Threads: shared.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_depth_map_save(
+    map: *const ptzcal_depth_map,
+    path: *const c_char,
+    metres: f64,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (map, path) = unsafe { (borrow(map)?, string(path, "path")?) };
+        write_depth(Path::new(path), &map.0, positive(metres)?)
     })
 }

@@ -153,7 +153,8 @@ pub unsafe extern "C" fn ptzcal_camera_load_opencv(
     })
 }
 
-/// Writes the measured points of a scan as binary PLY, with their colours and standard deviations.
+/// Writes the measured points of a scan as binary PLY, with their colours and covariances:
+/// ptzcal_cloud_from_scan and ptzcal_cloud_save in one.
 ///
 /// @param scan  The scan.
 /// @param path  The file.

@@ -457,8 +457,8 @@ pub unsafe extern "C" fn ptzcal_planes_fit_shots(
         // SAFETY: the caller keeps the header's rules for pointers.
         let (planes, options) = unsafe { (HandleOut::new(planes)?, ptzcal_planes_options::settings(options)?) };
         // SAFETY: the caller keeps the header's rules for pointers.
-        let (shots, regions) = unsafe {
-            (shots_in(&model_in(model)?, pan_tilt, spots, spot_covariance, n)?, regions_in(region_of, n, regions)?)
+        let (regions, shots) = unsafe {
+            (regions_in(region_of, n, regions)?, shots_in(&model_in(model)?, pan_tilt, spots, spot_covariance, n)?)
         };
         planes.give(ptzcal_planes(fit_regions_of_shots(&shots, &regions, &options)?));
         Ok(())

@@ -308,11 +308,12 @@ pub unsafe extern "C" fn ptzcal_scan_get_summary(
     })
 }
 
-/// How a scan ended: fails with the reason when it is not complete.
+/// How a scan ended: fails with the reason when it ended before its time.
 ///
 /// @param scan  The scan.
 /// @param error Receives the reason; may be NULL.
-/// @return PTZCAL_STATUS_OK for a complete scan; PTZCAL_STATUS_CANCELLED when it was stopped or
+/// @return PTZCAL_STATUS_OK for a complete scan, and for one that met its target accuracy before
+///         (ptzcal_scan_options_set_target_accuracy); PTZCAL_STATUS_CANCELLED when it was stopped or
 ///         cancelled; the status of the device or file that failed.
 ///
 /// Threads: shared.
@@ -323,7 +324,7 @@ pub unsafe extern "C" fn ptzcal_scan_end(scan: *const ptzcal_scan, error: *mut *
     let error = unsafe { ErrorOut::new(error) };
     // SAFETY: the caller keeps the header's rules for pointers.
     guard(error, || match &unsafe { borrow(scan)? }.0.end {
-        ScanEnd::Complete => Ok(()),
+        ScanEnd::Complete | ScanEnd::TargetMet => Ok(()),
         ScanEnd::Stopped | ScanEnd::Cancelled => Err(Error::Cancelled),
         ScanEnd::Failed(e) => Err(e.clone()),
     })

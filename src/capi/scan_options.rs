@@ -362,6 +362,41 @@ pub unsafe extern "C" fn ptzcal_scan_options_set_coarse_shots(
     })
 }
 
+/// Ends a scan once every fixed camera's position is expected to be known well enough, by the covariance
+/// of its calibration from the shots so far; the rig is taken as exact. Positions are then visited in
+/// eight passes over the region, so that a scan that ends early has covered it. Such a scan is not complete
+/// (ptzcal_scan_summary), and ptzcal_scan_end is PTZCAL_STATUS_OK.
+///
+/// @param options The options.
+/// @param metres  Root mean square error of the position; 0, the default: the whole region is scanned.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a negative one.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_scan_options_set_target_accuracy(
+    options: *mut ptzcal_scan_options,
+    metres: f64,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        let metres = number(metres, "metres")?;
+        if metres < 0.0 {
+            return Err(Error::invalid("metres", format!("{metres} is negative")));
+        }
+        // SAFETY: the caller keeps the header's rules for pointers.
+        unsafe {
+            ptzcal_scan_options::change(options, |o| {
+                o.options.target_accuracy = metres;
+                Ok(())
+            })
+        }
+    })
+}
+
 /// Sets how long a device that is gone (unplugged, switched off) is waited for; the drivers of the
 /// library open theirs again when it is back. The laser is off meanwhile.
 ///

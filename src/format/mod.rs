@@ -1,22 +1,36 @@
-//! Files: cameras as JSON of our own and as OpenCV's YAML, rigs over zoom, heads' angle maps, point clouds as PLY,
-//! photographs and depth maps as PNG, JPEG (photographs only) or PNM.
+//! Files: cameras as JSON of our own and as OpenCV's YAML, rigs over zoom, heads' angle maps, clouds
+//! and meshes as PLY, PCD, glTF and VRML, photographs and depth maps as PNG, JPEG (photographs only) or PNM.
 //!
 //! A file is written whole or not at all, and read whole or not at all: what is missing, damaged,
 //! too large or of another version is an error that says where.
 
 pub mod angle_json;
 mod file;
+pub mod gltf;
+mod lzf;
+pub mod model;
 pub mod model_json;
+#[cfg(test)]
+mod model_tests;
 pub mod opencv_yaml;
+pub mod pcd;
 pub mod picture;
 pub mod ply;
+mod point_fields;
 pub mod recording_json;
+mod scalar;
+pub mod vrml;
 pub mod zoom_json;
 
 pub use angle_json::{AngleMapRecord, LearningRecord, read_angle_map, write_angle_map};
 pub use file::{io_error, read_bounded, write_atomically};
+pub use gltf::{read_glb, write_glb};
+pub use model::{read_cloud, read_mesh, write_cloud, write_mesh};
 pub use model_json::{CalibrationRecord, CameraRecord, read_camera, write_camera};
 pub use opencv_yaml::{OpenCvCamera, read_opencv_yaml, write_opencv_yaml};
-pub use picture::{read_depth, read_picture, write_png};
-pub use ply::{PointCloud, read_ply, write_ply};
+pub use pcd::{PcdData, read_pcd, write_pcd};
+pub use picture::{read_depth, read_picture, write_depth, write_png};
+pub use ply::{read_ply, read_ply_mesh, write_ply, write_ply_mesh};
+pub use point_fields::CloudFile;
+pub use vrml::{read_vrml, write_vrml};
 pub use zoom_json::{read_zoom_curve, write_zoom_curve};

@@ -45,6 +45,29 @@ pub fn read_depth(path: &Path, metres: f64) -> Result<DepthMap> {
     DepthMap::new(width, height, depth.into_raw().iter().map(|z| (f64::from(*z) * metres) as f32).collect())
 }
 
+/// Writes a depth map as 16-bit PNG, `metres` per unit; 0 is no depth.
+///
+/// # Errors
+/// `InvalidArgument` for units in which a depth is less than half of one, or more than 65535.
+pub fn write_depth(path: &Path, map: &DepthMap, metres: f64) -> Result<()> {
+    if !(metres.is_finite() && metres > 0.0) {
+        return Err(Error::invalid("metres", format!("{metres} per unit")));
+    }
+    let unit = |z: &f32| {
+        let units = (f64::from(*z) / metres).round();
+        let fits = *z == 0.0 || (1.0..=65_535.0).contains(&units);
+        if fits { Ok(units as u16) } else { Err(Error::invalid("metres", format!("{z} m are {units} units"))) }
+    };
+    let units = map.metres().iter().map(unit).collect::<Result<Vec<u16>>>()?;
+    let [width, height] = [map.width() as u32, map.height() as u32];
+    let internal = |reason: String| Error::Internal { reason: format!("PNG: {reason}") };
+    let picture: image::ImageBuffer<image::Luma<u16>, _> =
+        image::ImageBuffer::from_raw(width, height, units).ok_or_else(|| internal("sizes differ".into()))?;
+    let mut bytes = Cursor::new(Vec::new());
+    picture.write_to(&mut bytes, ImageFormat::Png).map_err(|e| internal(e.to_string()))?;
+    write_atomically(path, &bytes.into_inner())
+}
+
 fn decode(path: &Path) -> Result<DynamicImage> {
     let bytes = read_bounded(path, MAX_BYTES)?;
     let wrong = |reason: String| format_error(&path.display().to_string(), reason);
@@ -67,8 +90,25 @@ pub(crate) fn limits(max_alloc: u64) -> Limits {
     limits
 }
 
+/// A PNG or JPEG inside another file, GRAY8 or RGB24; `name`: of that file; `most`: bytes of memory.
+pub(super) fn decode_bytes(bytes: &[u8], name: &str, most: u64) -> Result<Image> {
+    let wrong = |e: image::ImageError| format_error(name, format!("a picture: {e}"));
+    let mut reader = ImageReader::new(Cursor::new(bytes));
+    reader.set_format(match image::guess_format(bytes).map_err(wrong)? {
+        format @ (ImageFormat::Png | ImageFormat::Jpeg) => format,
+        other => return Err(format_error(name, format!("a picture is {other:?}"))),
+    });
+    reader.limits(limits(most.min(MAX_DECODED)));
+    reader.decode().map(to_image).map_err(wrong)
+}
+
 /// Writes a picture as PNG.
 pub fn write_png(path: &Path, view: &ImageView<'_>) -> Result<()> {
+    write_atomically(path, &encode_png(view)?)
+}
+
+/// A picture as the bytes of a PNG.
+pub(super) fn encode_png(view: &ImageView<'_>) -> Result<Vec<u8>> {
     let (width, height) = (view.width(), view.height());
     let (data, colour) = if view.format().has_colour() {
         let pixels = (0..height).flat_map(|y| (0..width).flat_map(move |x| view.rgb(x, y)));
@@ -79,7 +119,7 @@ pub fn write_png(path: &Path, view: &ImageView<'_>) -> Result<()> {
     let mut bytes = Cursor::new(Vec::new());
     image::write_buffer_with_format(&mut bytes, &data, width, height, colour, ImageFormat::Png)
         .map_err(|e| Error::Internal { reason: format!("PNG: {e}") })?;
-    write_atomically(path, &bytes.into_inner())
+    Ok(bytes.into_inner())
 }
 
 #[cfg(test)]
@@ -113,6 +153,12 @@ mod tests {
         let depth = read_depth(&path, 0.001).unwrap();
         assert_eq!((depth.at(0, 0), depth.at(1, 0)), (None, Some(2.0)));
         assert_eq!(read_depth(&path, f64::NAN).unwrap_err().status(), Status::InvalidArgument);
+        let copy = folder.path().join("depth.png");
+        write_depth(&copy, &depth, 0.001).unwrap();
+        assert_eq!(read_depth(&copy, 0.001).unwrap(), depth);
+        for metres in [0.0, f64::NAN, 1e-4, 10.0] {
+            assert_eq!(write_depth(&copy, &depth, metres).unwrap_err().status(), Status::InvalidArgument, "{metres}");
+        }
         let image = Image::new(PixelFormat::Rgb24, 2, 2);
         write_png(&path, &image.view().unwrap()).unwrap();
         assert!(read_depth(&path, 0.001).unwrap_err().to_string().contains("16 bits"));

@@ -94,6 +94,11 @@ impl DepthMap {
         self.height
     }
 
+    /// Row by row; 0 where there is none.
+    pub fn metres(&self) -> &[f32] {
+        &self.metres
+    }
+
     /// Pixels that have a depth.
     pub fn known(&self) -> usize {
         self.metres.iter().filter(|z| **z > 0.0).count()

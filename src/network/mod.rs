@@ -11,7 +11,7 @@ use crate::control::Cancel;
 use crate::error::{Error, Result};
 use crate::geometry::InverseDepthPoint;
 use crate::pose::{
-    FindPlanesOptions, StationOptions, StationPlanes, StationPose, find_planes_in_shots, register_stations,
+    FindPlanesOptions, PosePrior, StationOptions, StationPlanes, StationPose, find_planes_in_shots, register_stations,
 };
 pub use loops::LoopClosure;
 
@@ -64,7 +64,8 @@ pub struct Ties {
 }
 
 /// Finds the planes that the stations of a survey share, and adds them to it with the shots that hit them.
-/// Adjusting the survey then finds the stations; their poses need not be known. Shots that the head camera
+/// Adjusting the survey then finds the stations; their poses need not be known, but what the survey says of
+/// them (odometry, with its covariance) settles what planes alone leave ambiguous. Shots that the head camera
 /// did not see say nothing here. A survey that is refused is left as it was.
 ///
 /// # Errors
@@ -82,7 +83,10 @@ pub fn tie_stations(survey: &mut Adjustment, options: &TieOptions) -> Result<Tie
     for [a, b] in pairs {
         options.cancel.check()?;
         let pose = match (&seen[a].planes, &seen[b].planes) {
-            (Ok(a), Ok(b)) => register_stations(a, b, &options.stations),
+            (Ok(from), Ok(to)) => {
+                let prior = options.stations.prior.clone().or_else(|| odometry(survey, a, b));
+                register_stations(from, to, &StationOptions { prior, ..options.stations.clone() })
+            }
             (Err(e), _) | (_, Err(e)) => Err(e.clone()),
         };
         links.push(Link { stations: [a, b], pose });
@@ -118,6 +122,26 @@ fn pairs(count: usize, options: &TieOptions) -> Result<Vec<[usize; 2]>> {
         }
     }
     Ok(pairs.clone())
+}
+
+/// What the survey says of the pose of b in the frame of a, as far as it says something of both.
+fn odometry(survey: &Adjustment, a: usize, b: usize) -> Option<PosePrior> {
+    let told = |station: usize| {
+        let station = &survey.stations()[station];
+        let c = station.prior.covariance();
+        let worst = |first: usize| (first..first + 3).map(|i| c[(i, i)]).fold(0.0, f64::max);
+        let (turn, shift) = (worst(0), worst(3));
+        (turn.is_finite() && shift.is_finite()).then_some((station.pose?, turn, shift))
+    };
+    let ((from, turn_a, shift_a), (to, turn_b, shift_b)) = (told(a)?, told(b)?);
+    let b_to_a = from.inverse().after(&to);
+    // What is fixed is known to a millimetre.
+    let floor = 1e-6;
+    Some(PosePrior {
+        b_to_a,
+        rotation_sigma: (turn_a + turn_b + floor).sqrt(),
+        position_sigma: (shift_a + shift_b + turn_a * b_to_a.translation.norm_squared() + floor).sqrt(),
+    })
 }
 
 /// The planes that one station saw.

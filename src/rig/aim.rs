@@ -15,6 +15,17 @@ pub struct Aim {
     pub depth: f64,
 }
 
+impl Aim {
+    /// A head that turns further than half way round may read the same direction a turn on: the pan
+    /// within the range, where there is one.
+    pub(crate) fn turned_into(self, model: &RigModel, [low, high]: [f64; 2]) -> Self {
+        let turn = std::f64::consts::TAU / model.encoders.pan_scale.abs();
+        let within = |p: &f64| (low..=high).contains(p);
+        let pan = [self.pan, self.pan + turn, self.pan - turn].into_iter().find(within).unwrap_or(self.pan);
+        Self { pan, ..self }
+    }
+}
+
 /// Accepted distance of the point from the aimed laser line, metres, and its growth with distance
 /// (rounding in the rotations).
 const MAX_MISS: f64 = 1e-9;

@@ -6,6 +6,7 @@
 
 mod acquire;
 pub mod aim;
+pub mod explore;
 #[cfg(test)]
 pub(crate) mod fake;
 pub mod frames;
@@ -17,6 +18,7 @@ pub mod region;
 pub mod scan;
 pub mod settle;
 pub mod shot;
+pub mod single;
 pub(crate) mod stillness;
 pub mod whole;
 
@@ -26,6 +28,7 @@ use nalgebra::{Vector2, Vector3};
 
 pub use acquire::FixedCamera;
 pub use aim::{Aim, aim_at_point, point_at_pixel};
+pub use explore::{ExploreOptions, Explored, Visible, explore};
 pub use frames::FrameOptions;
 pub use gate::GateOptions;
 pub use journal::JournalRepair;
@@ -34,6 +37,7 @@ pub use region::ScanRegion;
 pub use scan::{Phase, Progress, ScanOptions, scan_region};
 pub use settle::SettleOptions;
 pub use shot::{Miss, Scan, ScanCounts, ScanEnd, ScanPoint, Shot, Sighting};
+pub use single::{ShotProgress, fire_shots};
 pub use whole::WholeRig;
 
 use crate::control::{Cancel, Clock, Log};
@@ -196,13 +200,7 @@ impl Rig {
     /// # Errors
     /// As [`aim_at_point`] and [`move_to`](Self::move_to).
     pub fn aim_at_point(&mut self, point: &Vector3<f64>, cancel: &Cancel) -> Result<Aim> {
-        let mut aim = aim_at_point(&self.model, point)?;
-        // A head that turns further than half way round may read the same direction a turn on.
-        let turn = std::f64::consts::TAU / self.model.encoders.pan_scale.abs();
-        let [low, high] = self.capabilities.pan_range;
-        if let Some(pan) = [aim.pan, aim.pan + turn, aim.pan - turn].into_iter().find(|p| (low..=high).contains(p)) {
-            aim.pan = pan;
-        }
+        let aim = aim_at_point(&self.model, point)?.turned_into(&self.model, self.capabilities.pan_range);
         self.move_to(aim.pan, aim.tilt, cancel)?;
         Ok(aim)
     }

@@ -8,6 +8,8 @@
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
+use nalgebra::Vector2;
+
 use super::acquire::{Exposures, FixedCamera};
 use super::gate::{Gate, GateOptions, Search, head_band, on_epipolar_line};
 use super::journal::{Fingerprint, Identity, Journal, Resumed};
@@ -16,11 +18,12 @@ use super::shot::{Miss, Scan, ScanEnd, Shot, Sighting, correspondences, spot_cov
 use super::{Rig, RigModel};
 use crate::calibrate::{CalibrationOptions, calibrate_camera};
 use crate::control::{Cancel, LogLevel};
-use crate::detect::spot::{Band, SpotOptions, detect_spot};
+use crate::detect::spot::{Band, Spot, SpotOptions, detect_spot};
 use crate::device::PtzCapabilities;
 use crate::device::recording::Recorder;
 use crate::error::{Error, Result};
 use crate::format::recording_json::{RecordedRegion, RecordingInfo};
+use crate::study::{AccuracyWatch, SeenShot};
 
 /// How a region is scanned.
 #[derive(Debug, Clone)]
@@ -40,6 +43,10 @@ pub struct ScanOptions {
     /// How spots are found; region and band are set by the scan.
     pub spot: SpotOptions,
     pub gate: GateOptions,
+    /// Ends the scan once every fixed camera's position is expected to be known to this, root mean square,
+    /// metres, the rig taken as exact; positions are then visited in eight passes over the region. 0: the
+    /// whole region.
+    pub target_accuracy: f64,
     /// Where each shot is written before it is acknowledged; an existing journal of the same scan is
     /// resumed.
     pub journal: Option<PathBuf>,
@@ -61,6 +68,7 @@ impl Default for ScanOptions {
             laser_latency: 0.0,
             spot: SpotOptions::default(),
             gate: GateOptions::default(),
+            target_accuracy: 0.0,
             journal: None,
             journal_sync: true,
             record: None,
@@ -84,7 +92,7 @@ const MIN_CALIBRATION_SHOTS: usize = 8;
 pub const MAX_FIXED_CAMERAS: usize = 64;
 
 impl ScanOptions {
-    fn validate(&self) -> Result<()> {
+    pub(super) fn validate(&self) -> Result<()> {
         if !(1..=256).contains(&self.frames_per_state) {
             return Err(Error::invalid("frames_per_state", format!("{} is not in [1, 256]", self.frames_per_state)));
         }
@@ -96,6 +104,9 @@ impl ScanOptions {
         }
         if !(0.0..=10.0).contains(&self.laser_latency) {
             return Err(Error::invalid("laser_latency", format!("{} s is not in [0, 10]", self.laser_latency)));
+        }
+        if !(self.target_accuracy.is_finite() && self.target_accuracy >= 0.0) {
+            return Err(Error::invalid("target_accuracy", format!("{} m", self.target_accuracy)));
         }
         self.spot.check()?;
         self.gate.validate()
@@ -152,7 +163,13 @@ pub fn scan_region(
     }
     fixed.iter().try_for_each(FixedCamera::validate)?;
     let head_band = head_band(&rig.model, &options.gate)?;
-    let (order, coarse) = region.path(options.coarse_shots, rig.options.settle.overshoot > 0.0);
+    let (mut order, coarse) = region.path(options.coarse_shots, rig.options.settle.overshoot > 0.0);
+    let watches = if options.target_accuracy > 0.0 {
+        spread(&mut order[coarse..]);
+        fixed.iter().map(|camera| watch(&rig.model, camera, options)).collect::<Result<_>>()?
+    } else {
+        Vec::new()
+    };
 
     let identity = identity(region, &rig.model, options, fixed);
     let opened = options.journal.as_ref().map(|p| Journal::open(p, &identity, region.len(), options.journal_sync));
@@ -195,10 +212,10 @@ pub fn scan_region(
         tried_with,
         longest_on: 0.0,
         start,
+        watches,
     };
     let end = match scanner.run(&order, coarse, progress) {
-        Ok(ControlFlow::Continue(())) => ScanEnd::Complete,
-        Ok(ControlFlow::Break(())) => ScanEnd::Stopped,
+        Ok(end) => end,
         Err(Error::Cancelled) => ScanEnd::Cancelled,
         Err(error) => ScanEnd::Failed(error),
     };
@@ -210,8 +227,22 @@ pub fn scan_region(
     Ok(scan)
 }
 
+/// In eight passes over the same path, so that a scan that ends early has covered the region.
+pub(super) fn spread(path: &mut [u32]) {
+    let passes: Vec<u32> =
+        [0, 4, 2, 6, 1, 5, 3, 7].into_iter().flat_map(|first| path.iter().copied().skip(first).step_by(8)).collect();
+    path.copy_from_slice(&passes);
+}
+
+fn watch(model: &RigModel, camera: &FixedCamera, options: &ScanOptions) -> Result<Option<AccuracyWatch>> {
+    let mut watch = AccuracyWatch::new(*model, camera.width, camera.height, options.target_accuracy)?;
+    watch.estimate.distortion = camera.distortion;
+    watch.estimate.cancel = options.cancel.clone();
+    Ok(Some(watch))
+}
+
 /// Whatever ends a scan, a panic of the host's code too: the laser is off and the head stops.
-struct Halt<'a>(&'a mut Rig);
+pub(super) struct Halt<'a>(pub(super) &'a mut Rig);
 
 impl Drop for Halt<'_> {
     fn drop(&mut self) {
@@ -221,21 +252,23 @@ impl Drop for Halt<'_> {
     }
 }
 
-struct Scanner<'a> {
-    rig: &'a mut Rig,
-    fixed: &'a mut [FixedCamera],
-    options: &'a ScanOptions,
-    head_band: Band,
-    gates: Vec<Gate>,
-    exposures: Exposures,
-    journal: Option<Journal>,
-    recorder: Option<Recorder>,
-    scan: Scan,
+pub(super) struct Scanner<'a> {
+    pub(super) rig: &'a mut Rig,
+    pub(super) fixed: &'a mut [FixedCamera],
+    pub(super) options: &'a ScanOptions,
+    pub(super) head_band: Band,
+    pub(super) gates: Vec<Gate>,
+    pub(super) exposures: Exposures,
+    pub(super) journal: Option<Journal>,
+    pub(super) recorder: Option<Recorder>,
+    pub(super) scan: Scan,
     /// Shots with which each fixed camera could not be calibrated.
-    tried_with: Vec<usize>,
+    pub(super) tried_with: Vec<usize>,
     /// Longest time that a shot has had the laser on, seconds.
-    longest_on: f64,
-    start: f64,
+    pub(super) longest_on: f64,
+    pub(super) start: f64,
+    /// One for each fixed camera whose target is not met yet; `None`: it is. Empty without a target.
+    pub(super) watches: Vec<Option<AccuracyWatch>>,
 }
 
 impl Scanner<'_> {
@@ -244,11 +277,11 @@ impl Scanner<'_> {
         order: &[u32],
         coarse: usize,
         progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
-    ) -> Result<ControlFlow<()>> {
+    ) -> Result<ScanEnd> {
         let mut done = vec![false; order.len()];
         self.scan.shots.iter().for_each(|shot| done[shot.index as usize] = true);
         if self.report(Phase::Coarse, order.len(), false, progress).is_break() {
-            return Ok(ControlFlow::Break(()));
+            return Ok(ScanEnd::Stopped);
         }
         let (coarse, fine) = order.split_at(coarse);
         for (phase, part) in [(Phase::Coarse, coarse), (Phase::Fine, fine)] {
@@ -261,17 +294,40 @@ impl Scanner<'_> {
                 self.scan.shots.push(shot);
                 written?;
                 if self.report(phase, order.len(), true, progress).is_break() {
-                    return Ok(ControlFlow::Break(()));
+                    return Ok(ScanEnd::Stopped);
                 }
                 if phase == Phase::Fine {
                     self.calibrate_latecomers()?;
+                    if self.target_is_met()? {
+                        return Ok(ScanEnd::TargetMet);
+                    }
                 }
             }
             if phase == Phase::Coarse {
                 self.calibrate_with_coarse(coarse)?;
             }
         }
-        Ok(ControlFlow::Continue(()))
+        Ok(ScanEnd::Complete)
+    }
+
+    /// Are all fixed cameras known as well as is wanted?
+    fn target_is_met(&mut self) -> Result<bool> {
+        for (camera, slot) in self.watches.iter_mut().enumerate() {
+            let Some(watch) = slot else { continue };
+            let seen = |shot: &Shot| {
+                let (head, fixed) = (shot.head.ok()?, shot.fixed[camera].ok()?);
+                let spot = |s: &Spot| (Vector2::new(s.x, s.y), spot_covariance(s));
+                shot.point?;
+                Some(SeenShot { pan: shot.pan, tilt: shot.tilt, head: spot(&head), fixed: spot(&fixed) })
+            };
+            let shots: Vec<SeenShot> = self.scan.shots.iter().filter_map(seen).collect();
+            let Some(accuracy) = watch.reached(&shots)? else { continue };
+            self.rig.log.write(LogLevel::Info, || {
+                format!("fixed camera {camera}: known to {:.2} mm after {} shots", 1e3 * accuracy.rms, shots.len())
+            });
+            *slot = None;
+        }
+        Ok(!self.watches.is_empty() && self.watches.iter().all(Option::is_none))
     }
 
     fn report(
@@ -295,7 +351,7 @@ impl Scanner<'_> {
 
     /// Takes a shot, again when a device fails and may recover, and when a lost one comes back. Between
     /// attempts the laser is off and the head stands, where it can be told to.
-    fn take(&mut self, index: u32) -> Result<Shot> {
+    pub(super) fn take(&mut self, index: u32) -> Result<Shot> {
         let (mut attempt, mut lost_since) = (1, None);
         loop {
             self.options.cancel.check()?;

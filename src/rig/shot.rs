@@ -5,10 +5,11 @@ use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use super::region::ScanRegion;
 use crate::adjust::{self, Adjustment};
 use crate::calibrate::{Calibration, Correspondences, Observation};
+use crate::cloud::{CloudNoise, GridPoint, Mesh, PointCloud, RayGrid, SurfaceOptions, triangulate};
 use crate::detect::spot::Spot;
 use crate::error::{Error, Result, Status};
-use crate::format::PointCloud;
 use crate::geometry::RigModel;
+use crate::geometry::point_cloud::pack;
 use crate::geometry::rig_model::SpotDepth;
 
 use super::journal::JournalRepair;
@@ -96,6 +97,8 @@ pub(super) fn spot_covariance(spot: &Spot) -> Matrix2<f64> {
 #[derive(Debug, Clone, PartialEq)]
 pub enum ScanEnd {
     Complete,
+    /// [`ScanOptions::target_accuracy`](super::ScanOptions) was met before the last position.
+    TargetMet,
     /// The progress callback asked for it.
     Stopped,
     /// The cancel token.
@@ -228,14 +231,35 @@ impl Scan {
         self.shots.iter().enumerate().filter_map(point).collect()
     }
 
-    /// The [`points`](Self::points) as a cloud, with their standard deviations.
+    /// The [`points`](Self::points) as a cloud with covariances.
     pub fn cloud(&self) -> PointCloud {
         let points = self.points();
         PointCloud {
             positions: points.iter().map(|p| p.position).collect(),
             colours: points.iter().map(|p| p.colour).collect(),
-            deviations: Some(points.iter().map(|p| p.covariance.trace().sqrt()).collect()),
+            normals: None,
+            noise: CloudNoise::Covariances(points.iter().map(|p| pack(&p.covariance)).collect()),
         }
+    }
+
+    /// The shots on the region's grid, rows in the direction of growing tilt. The latest of several
+    /// shots of one position counts.
+    pub fn grid(&self) -> RayGrid {
+        let mut points = vec![None; self.region.len()];
+        for shot in &self.shots {
+            if let (Some(place), Some(depth)) = (points.get_mut(shot.index as usize), shot.point) {
+                *place = Some(GridPoint { point: depth.point, colour: shot.colour });
+            }
+        }
+        RayGrid::of_rows(self.region.pan_steps as usize, points)
+    }
+
+    /// The surface through the measured points, its front towards the rig.
+    ///
+    /// # Errors
+    /// `InvalidArgument` for options out of range.
+    pub fn surface(&self, options: &SurfaceOptions) -> Result<Mesh> {
+        triangulate(&self.grid(), options)
     }
 }
 

@@ -48,10 +48,24 @@ static ptzcal_figure fixture_figure[1];
 static ptzcal_region fixture_region[1];
 static ptzcal_shot fixture_shot[1];
 static ptzcal_scan_summary fixture_scan_summary[1];
+static ptzcal_surface_options fixture_surface_options[1];
 
 static ptzcal_adjust_options fixture_adjust_options[1];
 static ptzcal_adjusted_summary fixture_adjusted_summary[1];
 static ptzcal_suspect fixture_suspect[1];
+static ptzcal_study_options fixture_study_options[1];
+static ptzcal_study_cell fixture_study_cell[1];
+static ptzcal_label_row fixture_label_row[1];
+static ptzcal_plan_options fixture_plan_options[1];
+static ptzcal_plan_summary fixture_plan_summary[1];
+
+static ptzcal_aim fixture_aim[1];
+static ptzcal_located fixture_located[1];
+static ptzcal_sweep_summary fixture_sweep_summary[1];
+static ptzcal_explore_options fixture_explore_options[1];
+static ptzcal_visible fixture_visible[1];
+static ptzcal_health_options fixture_health_options[1];
+static ptzcal_health fixture_health[1];
 
 static ptzcal_error *fixture_error;
 static ptzcal_cancel *fixture_cancel;
@@ -83,8 +97,19 @@ static ptzcal_angle_map *fixture_angle_map;
 static ptzcal_probe_report *fixture_probe_report;
 static ptzcal_scan_options *fixture_scan_options;
 static ptzcal_scan *fixture_scan;
+static ptzcal_cloud *fixture_cloud;
+static ptzcal_mesh *fixture_mesh;
 static ptzcal_adjustment *fixture_adjustment;
 static ptzcal_adjusted *fixture_adjusted;
+static ptzcal_site *fixture_site;
+static ptzcal_set_up *fixture_set_up;
+static ptzcal_study *fixture_study;
+static ptzcal_label *fixture_label;
+static ptzcal_plan *fixture_plan;
+static ptzcal_pointing *fixture_pointing;
+static ptzcal_sweep *fixture_sweep;
+static ptzcal_exploration *fixture_exploration;
+static ptzcal_health_report *fixture_health_report;
 
 static unsigned char fixture_pixels[16 * 12];
 static const uint16_t fixture_millimetres[64] = {1000};
@@ -96,7 +121,10 @@ static const uint32_t fixture_pairs[8] = {0, 0, 1, 1, 2, 2, 3, 3};
 static const int32_t fixture_region_of[4] = {0, 0, -1, 0};
 static uint8_t fixture_flags[4 * PTZCAL_SIFT_DESCRIPTOR_SIZE];
 static size_t fixture_shots[4];
+static size_t fixture_indices[4];
 static uint32_t fixture_cameras[4];
+static uint32_t fixture_hits[4];
+static const uint32_t fixture_triangles[12] = {0, 1, 2, 0, 2, 3};
 
 /* Uniform in [-1, 1], the same on every machine. */
 static inline double fixture_random(uint32_t *state)
@@ -437,6 +465,95 @@ static inline void make_angle_map(ptzcal_angle_map **map)
   CHECK(remove("fixture-angles.json") == 0);
 }
 
+/* A room with one box, a rig and a camera beside it, and a dozen shots: little work. */
+static inline void make_study(void)
+{
+  const double room[6] = {-2.0, -1.5, -1.0, 2.0, 1.5, 4.0}, box[6] = {-0.4, -0.3, 1.5, 0.4, 0.5, 1.9};
+  const double level[2] = {0.2, 0.2}, distance[1] = {5.0};
+  ptzcal_camera camera = *fixture_camera;
+  ptzcal_rig_model model;
+  ptzcal_region region;
+  CHECK_OK(ptzcal_rig_model_init(&model, sizeof model));
+  model.width = 720;
+  model.height = 576;
+  model.fx = model.fy = 800.0;
+  model.cx = 360.0;
+  model.cy = 288.0;
+  model.laser_x0 = 0.1;
+  model.laser_vx = -0.005;
+  CHECK_OK(ptzcal_camera_init(&camera, sizeof camera));
+  camera.width = 800;
+  camera.height = 600;
+  camera.fx = camera.fy = 600.0;
+  camera.cx = 400.0;
+  camera.cy = 300.0;
+  camera.translation[0] = 0.2;
+  CHECK_OK(ptzcal_site_new(&model, &camera, &fixture_site, NULL));
+  CHECK_OK(ptzcal_site_set_room(fixture_site, room, box, 1, NULL));
+  CHECK_OK(ptzcal_region_init(&region, sizeof region));
+  region.pan_min = -0.45;
+  region.pan_max = 0.45;
+  region.tilt_min = -0.35;
+  region.tilt_max = 0.35;
+  region.pan_steps = 5;
+  region.tilt_steps = 4;
+  CHECK_OK(ptzcal_set_up_from_region(fixture_site, &region, &fixture_set_up, NULL));
+  CHECK_OK(ptzcal_study_options_init(fixture_study_options, sizeof *fixture_study_options));
+  CHECK_OK(ptzcal_study_cell_init(fixture_study_cell, sizeof *fixture_study_cell));
+  CHECK_OK(ptzcal_label_row_init(fixture_label_row, sizeof *fixture_label_row));
+  fixture_study_options->trials = 1;
+  CHECK_OK(ptzcal_study_run(fixture_set_up, level, 1, distance, 1, fixture_study_options, NULL, NULL, NULL, &fixture_study, NULL));
+  CHECK_OK(ptzcal_label_make(fixture_set_up, distance, 1, level, 1, fixture_study_options, NULL, NULL, NULL, &fixture_label, NULL));
+  CHECK_OK(ptzcal_plan_options_init(fixture_plan_options, sizeof *fixture_plan_options));
+  CHECK_OK(ptzcal_plan_summary_init(fixture_plan_summary, sizeof *fixture_plan_summary));
+  fixture_plan_options->pan_min = region.pan_min;
+  fixture_plan_options->pan_max = region.pan_max;
+  fixture_plan_options->tilt_min = region.tilt_min;
+  fixture_plan_options->tilt_max = region.tilt_max;
+  fixture_plan_options->target = 0.05;
+  CHECK_OK(ptzcal_plan_make(fixture_site, fixture_plan_options, NULL, &fixture_plan, NULL));
+}
+
+/* The camera of make_camera and the rig of make_rig_model above a floor at y = 1.2. */
+static inline void make_pointing(void)
+{
+  const double down[3] = {0, 1, 0}, centre[2] = {400, 300};
+  CHECK_OK(ptzcal_pointing_new(fixture_calibration, fixture_rig_model, &fixture_pointing, NULL));
+  CHECK_OK(ptzcal_pointing_set_plane(fixture_pointing, down, 1.2, NULL, 0, NULL));
+  CHECK_OK(ptzcal_pointing_sweep(fixture_pointing, centre, NULL, 2.0, 50.0, 0.95, 0.0, &fixture_sweep, NULL));
+  CHECK_OK(ptzcal_aim_init(fixture_aim, sizeof *fixture_aim));
+  CHECK_OK(ptzcal_located_init(fixture_located, sizeof *fixture_located));
+  CHECK_OK(ptzcal_sweep_summary_init(fixture_sweep_summary, sizeof *fixture_sweep_summary));
+}
+
+/* Four shots of a simulated rig, and a check with none of its cameras' shots: "cannot tell". */
+static inline void make_exploration(void)
+{
+  ptzcal_rig_options *options;
+  ptzcal_scan_options *scan_options;
+  ptzcal_rig *rig;
+  ptzcal_scan *scan;
+  CHECK_OK(ptzcal_explore_options_init(fixture_explore_options, sizeof *fixture_explore_options));
+  CHECK_OK(ptzcal_visible_init(fixture_visible, sizeof *fixture_visible));
+  CHECK_OK(ptzcal_health_options_init(fixture_health_options, sizeof *fixture_health_options));
+  CHECK_OK(ptzcal_health_init(fixture_health, sizeof *fixture_health));
+  CHECK_OK(ptzcal_rig_options_new(&options, NULL));
+  CHECK_OK(ptzcal_rig_options_set_address(options, "sim:room", NULL));
+  CHECK_OK(ptzcal_rig_open(options, &rig, NULL));
+  CHECK_OK(ptzcal_scan_options_new(&scan_options, NULL));
+  CHECK_OK(ptzcal_scan_options_add_camera_address(scan_options, "sim:fixed/0", NULL, NULL));
+  fixture_explore_options->pan_min = -0.2, fixture_explore_options->pan_max = 0.2;
+  fixture_explore_options->tilt_min = -0.2, fixture_explore_options->tilt_max = 0.1;
+  fixture_explore_options->max_shots = 5;
+  CHECK_OK(ptzcal_rig_explore(rig, fixture_explore_options, scan_options, NULL, NULL, &fixture_exploration, NULL));
+  CHECK_OK(ptzcal_exploration_get_scan(fixture_exploration, &scan, NULL));
+  CHECK_OK(ptzcal_health_check(fixture_rig_model, fixture_calibration, scan, scan, 0, NULL, &fixture_health_report, NULL));
+  ptzcal_scan_free(scan);
+  ptzcal_scan_options_free(scan_options);
+  CHECK_OK(ptzcal_rig_close(rig, NULL));
+  ptzcal_rig_options_free(options);
+}
+
 static inline void make_fixtures(void)
 {
   uint32_t i;
@@ -448,7 +565,7 @@ static inline void make_fixtures(void)
   CHECK_OK(ptzcal_register_stations(fixture_planes, fixture_planes, NULL, &fixture_registration, NULL));
   for (i = 0; i < 4; i++) {
     fixture_flags[i] = i != 1;
-    fixture_shots[i] = fixture_cameras[i] = i;
+    fixture_shots[i] = fixture_cameras[i] = fixture_hits[i] = i;
   }
   make_camera(fixture_camera);
   make_rig_model(fixture_rig_model);
@@ -518,6 +635,10 @@ static inline void make_fixtures(void)
   CHECK_OK(ptzcal_scan_summary_init(fixture_scan_summary, sizeof *fixture_scan_summary));
   CHECK_OK(ptzcal_scan_options_new(&fixture_scan_options, NULL));
   CHECK_OK(ptzcal_rig_scan_region(fixture_rig, fixture_region, NULL, NULL, NULL, &fixture_scan, NULL));
+  CHECK_OK(ptzcal_surface_options_init(fixture_surface_options, sizeof *fixture_surface_options));
+  CHECK_OK(ptzcal_cloud_new(&fixture_cloud, NULL));
+  CHECK_OK(ptzcal_cloud_add_points(fixture_cloud, fixture_xyz, NULL, NULL, FIXTURE_POINTS, NULL));
+  CHECK_OK(ptzcal_mesh_new(fixture_cloud, fixture_triangles, 2, &fixture_mesh, NULL));
   {
     ptzcal_camera cameras[2];
     cameras[0] = cameras[1] = *fixture_camera;
@@ -527,14 +648,29 @@ static inline void make_fixtures(void)
   CHECK_OK(ptzcal_adjusted_summary_init(fixture_adjusted_summary, sizeof *fixture_adjusted_summary));
   CHECK_OK(ptzcal_suspect_init(fixture_suspect, sizeof *fixture_suspect));
   CHECK_OK(ptzcal_adjustment_solve(fixture_adjustment, NULL, NULL, &fixture_adjusted, NULL));
+  make_study();
+  fixture_indices[0] = 0;
+  make_pointing();
+  make_exploration();
 }
 
 static inline void free_fixtures(void)
 {
+  ptzcal_plan_free(fixture_plan);
+  ptzcal_label_free(fixture_label);
+  ptzcal_study_free(fixture_study);
+  ptzcal_set_up_free(fixture_set_up);
+  ptzcal_site_free(fixture_site);
+  ptzcal_health_report_free(fixture_health_report);
+  ptzcal_exploration_free(fixture_exploration);
+  ptzcal_sweep_free(fixture_sweep);
+  ptzcal_pointing_free(fixture_pointing);
   ptzcal_registration_free(fixture_registration);
   ptzcal_planes_free(fixture_planes);
   ptzcal_adjusted_free(fixture_adjusted);
   ptzcal_adjustment_free(fixture_adjustment);
+  ptzcal_mesh_free(fixture_mesh);
+  ptzcal_cloud_free(fixture_cloud);
   ptzcal_scan_free(fixture_scan);
   ptzcal_scan_options_free(fixture_scan_options);
   CHECK_OK(ptzcal_rig_close(fixture_rig, NULL));

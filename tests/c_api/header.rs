@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 56] = [
+const TOPICS: [&str; 68] = [
     "version",
     "status",
     "error",
@@ -56,6 +56,11 @@ const TOPICS: [&str; 56] = [
     "rig",
     "scan_options",
     "scan",
+    "cloud",
+    "cloud_data",
+    "mesh",
+    "explore",
+    "health",
     "adjustment",
     "adjustment_shots",
     "adjusted",
@@ -63,6 +68,13 @@ const TOPICS: [&str; 56] = [
     "adjusted_points",
     "adjustment_planes",
     "adjust",
+    "site",
+    "set_up",
+    "study",
+    "label",
+    "plan",
+    "pointing",
+    "sweep",
     "file",
 ];
 

@@ -26,7 +26,7 @@ fn good(found: &Declarations, f: &Function, p: &Param) -> String {
         "const uint16_t *" => "fixture_millimetres".into(),
         "const float *" => "fixture_metres".into(),
         "const uint32_t *" | "const int32_t *" | "const size_t *" => format!("fixture_{}", p.name),
-        "double *" | "char *" | "uint8_t *" | "uint32_t *" | "uint64_t *" | "int32_t *" | "size_t *" => {
+        "double *" | "float *" | "char *" | "uint8_t *" | "uint32_t *" | "uint64_t *" | "int32_t *" | "size_t *" => {
             "(void *)output".into()
         }
         "const ptzcal_image *const *" => "fixture_images".into(),

@@ -17,12 +17,18 @@ use ptzcal::capi::camera::ptzcal_camera;
 use ptzcal::capi::chessboard::{ptzcal_chessboard, ptzcal_chessboard_options};
 use ptzcal::capi::detect::ptzcal_spot;
 use ptzcal::capi::devices::ptzcal_ptz;
+use ptzcal::capi::explore::{ptzcal_explore_options, ptzcal_visible};
 use ptzcal::capi::head::ptzcal_head_capabilities;
+use ptzcal::capi::health::{ptzcal_health, ptzcal_health_options};
 use ptzcal::capi::image::ptzcal_image;
+use ptzcal::capi::label::ptzcal_label_row;
 use ptzcal::capi::laser_line::ptzcal_laser_line;
 use ptzcal::capi::lines::ptzcal_line_options;
 use ptzcal::capi::lines_3d::{ptzcal_line_fit_options, ptzcal_line_match_options};
+use ptzcal::capi::mesh::ptzcal_surface_options;
+use ptzcal::capi::plan::{ptzcal_plan_options, ptzcal_plan_summary};
 use ptzcal::capi::planes::{ptzcal_plane, ptzcal_planes_options};
+use ptzcal::capi::pointing::{ptzcal_aim, ptzcal_located};
 use ptzcal::capi::pose::ptzcal_pose;
 use ptzcal::capi::probe::{ptzcal_figure, ptzcal_probe_options};
 use ptzcal::capi::progress::ptzcal_progress;
@@ -35,6 +41,8 @@ use ptzcal::capi::scan::{ptzcal_region, ptzcal_scan_summary};
 use ptzcal::capi::shot::ptzcal_shot;
 use ptzcal::capi::sift::ptzcal_sift_options;
 use ptzcal::capi::sift_matching::ptzcal_sift_match_options;
+use ptzcal::capi::study::{ptzcal_study_cell, ptzcal_study_options};
+use ptzcal::capi::sweep::ptzcal_sweep_summary;
 
 use super::tools::{run, strict, text};
 use super::{declarations, header};
@@ -100,11 +108,33 @@ fn rust() -> String {
     layout!(out, ptzcal_region: struct_size pan_steps tilt_steps reserved pan_min pan_max tilt_min tilt_max);
     layout!(out, ptzcal_scan_summary: struct_size complete positions shots resumed found fixed_cameras
         journal_damaged journal_cut);
+    layout!(out, ptzcal_surface_options: struct_size reserved max_incidence significance);
+    layout!(out, ptzcal_explore_options: struct_size max_shots reserved pan_min pan_max tilt_min tilt_max
+        tolerance spacing);
+    layout!(out, ptzcal_visible: struct_size shots seen measured share);
+    layout!(out, ptzcal_health_options: struct_size reserved false_alarm pan_sigma tilt_sigma);
+    layout!(out, ptzcal_health: struct_size verdict has_statistic has_refit has_head_shift shots used not_seen
+        scene_changed outliers chi2 degrees_of_freedom probability change change_covariance head_shift
+        head_shift_covariance);
     layout!(out, ptzcal_adjusted_summary: struct_size iterations parameters stations cameras shots spots
         used warnings suspects prior_only degrees_of_freedom chi2 probability noise_factor condition planes);
     layout!(out, ptzcal_suspect: struct_size parameters gain probability);
     layout!(out, ptzcal_adjust_options: struct_size robust max_iterations reserved seed
         pointing_sigma_pan pointing_sigma_tilt huber max_focal_deviation max_station_deviation);
+    layout!(out, ptzcal_study_options: struct_size methods draws trials threads reserved seed);
+    layout!(out, ptzcal_study_cell: struct_size used failures reserved head_sigma fixed_sigma mean rms bias expected);
+    layout!(out, ptzcal_label_row: struct_size shots failures reserved distance head_sigma fixed_sigma simulated
+        expected handoff_simulated handoff_expected);
+    layout!(out, ptzcal_plan_options: struct_size max_positions pan_min pan_max tilt_min tilt_max head_sigma
+        fixed_sigma target);
+    layout!(out, ptzcal_plan_summary: struct_size pan_steps tilt_steps grid_seen shots limited_by grid_rms
+        grid_semi_axis limit_rms);
+    layout!(out, ptzcal_aim: struct_size has_zoom edge reserved pan tilt angle_covariance zoom probability uv
+        uv_covariance point point_covariance distance other_distance);
+    layout!(out, ptzcal_located: struct_size edge hidden reserved uv uv_covariance point point_covariance distance
+        other_distance);
+    layout!(out, ptzcal_sweep_summary: struct_size steps points has_zoom pan_min pan_max tilt_min tilt_max
+        middle_pan middle_tilt zoom probability);
     out
 }
 

@@ -8,9 +8,9 @@ use ptzcal::geometry::rigid::{exp, log};
 use ptzcal::geometry::{Camera, Distortion, Intrinsics, Rigid};
 use ptzcal::image::DepthNoise;
 use ptzcal::pose::{
-    FindPlanesOptions, PoseOptions, PosePrior, StationOptions, StationPlanes, StationPose, common_roof_edges,
-    estimate_pose_roof_edges, find_planes_in_points, find_planes_in_shots, register_matched, register_stations,
-    shots_of_depth_map,
+    FindPlanesOptions, PlaneRegion, PoseOptions, PosePrior, StationOptions, StationPlanes, StationPose,
+    common_roof_edges, estimate_pose_roof_edges, find_planes_in_points, find_planes_in_shots, fit_regions_of_points,
+    register_matched, register_stations, shots_of_depth_map,
 };
 
 use crate::room::{Dice, Rectangle, cuboid, furnished, scan, somewhere};
@@ -154,6 +154,40 @@ fn corridors_say_what_they_leave_free() {
         if seed < 2 {
             let e = register(&corridor, dice);
             assert!(matches!(e, Error::AmbiguousStations { .. } | Error::Degenerate { .. }), "{e}");
+        }
+    }
+}
+
+/// Many planes in few directions, and in all: the search is bounded, and its answer right or none.
+#[test]
+fn a_hundred_planes_are_registered_in_bounded_time() {
+    for shelves in [true, false] {
+        let dice = &mut Dice::new(4);
+        let mut points: Vec<Vector3<f64>> = Vec::new();
+        let mut labels = Vec::new();
+        for k in 0..100 {
+            let normal = if shelves { Vector3::ith(k % 3, [1.0, -1.0][k / 3 % 2]) } else { dice.direction() };
+            let centre = normal * dice.uniform(1.0, 6.0);
+            let first = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
+            let second = normal.cross(&first);
+            labels.push((points.len()..points.len() + 60).collect());
+            for _ in 0..60 {
+                let place = centre + first * dice.uniform(-0.4, 0.4) + second * dice.uniform(-0.4, 0.4);
+                points.push(place + normal * 0.002 * dice.gaussian());
+            }
+        }
+        let motion = Rigid { rotation: exp(&Vector3::new(0.1, 0.7, -0.1)), translation: Vector3::new(0.3, 0.1, -0.2) };
+        let moved: Vec<_> = points.iter().map(|p| motion.apply(p)).collect();
+        let regions: Vec<PlaneRegion> = labels.into_iter().map(PlaneRegion::Indices).collect();
+        let [a, b] = [&moved, &points].map(|p| fit_regions_of_points(p, Some(0.002), &regions, &exact()).unwrap());
+        let begin = std::time::Instant::now();
+        let found = register_stations(&a, &b, &StationOptions::default());
+        println!("{:.2} s", begin.elapsed().as_secs_f64());
+        // A minute on a busy machine; unbounded, it would be hours.
+        assert!(begin.elapsed().as_secs() < 60);
+        match found {
+            Ok(found) => assert!(error(&found, &motion).norm() < 0.01),
+            Err(e) => assert!(matches!(e, Error::AmbiguousStations { .. } | Error::NoSharedPlanes { .. }), "{e}"),
         }
     }
 }

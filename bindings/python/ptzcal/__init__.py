@@ -25,6 +25,7 @@ from .calibrate import (
 from .camera import Camera, DistortionModel
 from .cancel import Cancel
 from .chessboard import Chessboard, detect_chessboard
+from .cloud import Cloud, CloudNoise, Mesh
 from .detect import LaserColour, Spot, SpotOptions, detect_spot
 from .errors import (
     Cancelled,
@@ -45,6 +46,7 @@ from .head import (
     MoveEvent,
     PanTiltZoom,
 )
+from .health import Health, ShotState, Verdict, check_health, choose_health_shots, fire_again
 from .images import PixelFormat
 from .lines import (
     LineFit,
@@ -57,6 +59,7 @@ from .lines import (
     match_lines,
 )
 from .pictures import DepthMap, Picture, read_image
+from .pointing import Aim, Located, MeasuredBy, Pointing, Sweep, ellipse
 from .planes import (
     Plane,
     Planes,
@@ -85,12 +88,27 @@ from .rig_model import PanTilt, RigModel
 from .scan import FixedCamera, Gate, Progress, Region, Scan, Shot
 from .sift import SiftFeatures, SiftMatches, detect_sift, match_sift
 from .simulator import HEAD_CAMERA, Frame, Motion, Simulator
+from .study import (
+    LabelRow,
+    Plan,
+    PlannedShots,
+    PrecisionLabel,
+    SetUp,
+    Site,
+    Study,
+    StudyCell,
+    StudyDraws,
+    StudyMethod,
+    StudyPlot,
+    StudyQuantity,
+)
 
 __version__ = version()
 
 __all__ = [
     "Adjusted",
     "Adjustment",
+    "Aim",
     "AngleMap",
     "AngleSummary",
     "BoardCalibration",
@@ -103,6 +121,8 @@ __all__ = [
     "Chessboard",
     "ChessboardAmbiguous",
     "ChessboardNotFound",
+    "Cloud",
+    "CloudNoise",
     "CommonLine",
     "Correspondences",
     "DepthMap",
@@ -117,13 +137,18 @@ __all__ = [
     "Head",
     "HeadCapabilities",
     "HeadIdentity",
+    "Health",
     "InvalidArgument",
+    "LabelRow",
     "LaserCalibration",
     "LaserColour",
     "LineFit",
     "LineMatches",
     "LineSegments",
+    "Located",
     "LogLevel",
+    "Mesh",
+    "MeasuredBy",
     "Motion",
     "MoveEnd",
     "MoveEvent",
@@ -131,11 +156,15 @@ __all__ = [
     "PanTiltZoom",
     "Picture",
     "PixelFormat",
+    "Plan",
+    "PlannedShots",
+    "Pointing",
     "Plane",
     "Planes",
     "PlanesNotFound",
     "Pose",
     "PoseMethod",
+    "PrecisionLabel",
     "ProbeFigure",
     "ProbeReport",
     "Progress",
@@ -152,11 +181,14 @@ __all__ = [
     "RigView",
     "RoofEdges",
     "Scan",
+    "SetUp",
     "Settle",
     "Shot",
+    "ShotState",
     "SiftFeatures",
     "SiftMatches",
     "Simulator",
+    "Site",
     "Spot",
     "SpotAmbiguous",
     "SpotNotFound",
@@ -165,15 +197,25 @@ __all__ = [
     "StationsAmbiguous",
     "StationsNotMatched",
     "Status",
+    "Study",
+    "StudyCell",
+    "StudyDraws",
+    "StudyMethod",
+    "StudyPlot",
+    "StudyQuantity",
     "SureAngles",
     "Suspect",
+    "Sweep",
     "UncertainRig",
+    "Verdict",
     "ZoomCurve",
     "ZoomPosition",
     "abi_version",
     "calibrate_camera",
     "calibrate_from_boards",
     "calibrate_laser_line",
+    "check_health",
+    "choose_health_shots",
     "common_roof_edges",
     "detect_chessboard",
     "detect_edges",
@@ -181,7 +223,9 @@ __all__ = [
     "detect_sift",
     "detect_spot",
     "division_eigenproblem",
+    "ellipse",
     "estimate_pose_roof_edges",
+    "fire_again",
     "fit_line_3d",
     "learn_angles",
     "lift_line_segments",

@@ -27,6 +27,7 @@ from . import _library
 from ._structs import (
     ptzcal_adjust_options,
     ptzcal_adjusted_summary,
+    ptzcal_aim,
     ptzcal_angle_learning_options,
     ptzcal_angle_summary,
     ptzcal_board_view,
@@ -37,17 +38,24 @@ from ._structs import (
     ptzcal_clock_now_fn,
     ptzcal_clock_sleep_fn,
     ptzcal_common_line,
+    ptzcal_explore_options,
     ptzcal_figure,
     ptzcal_frame_fn,
     ptzcal_head_capabilities,
+    ptzcal_health,
+    ptzcal_health_options,
     ptzcal_image,
+    ptzcal_label_row,
     ptzcal_laser_fn,
     ptzcal_laser_line,
     ptzcal_line_fit_options,
     ptzcal_line_match_options,
     ptzcal_line_options,
+    ptzcal_located,
     ptzcal_log_fn,
     ptzcal_move_end_fn,
+    ptzcal_plan_options,
+    ptzcal_plan_summary,
     ptzcal_plane,
     ptzcal_planes_options,
     ptzcal_pose,
@@ -64,9 +72,14 @@ from ._structs import (
     ptzcal_sift_match_options,
     ptzcal_sift_options,
     ptzcal_spot,
+    ptzcal_study_cell,
+    ptzcal_study_options,
+    ptzcal_surface_options,
     ptzcal_station_options,
     ptzcal_station_pose,
     ptzcal_suspect,
+    ptzcal_sweep_summary,
+    ptzcal_visible,
     ptzcal_zoom_position,
 )
 from .errors import Error, error as _error
@@ -78,6 +91,8 @@ HEAD_CAMERA = 4294967295
 
 NO_CAMERA = 4294967294
 NO_PLANE = 4294967295
+
+LABEL_HANDOFF = 4
 
 
 # What parameters are. Arrays come as addresses, structs and places for results by byref().
@@ -121,6 +136,12 @@ _sift_match_options = POINTER(ptzcal_sift_match_options)
 _sift_options = POINTER(ptzcal_sift_options)
 _spot = POINTER(ptzcal_spot)
 _summary = POINTER(ptzcal_calibration_summary)
+_study_options = POINTER(ptzcal_study_options)
+_study_cell = POINTER(ptzcal_study_cell)
+_label_row = POINTER(ptzcal_label_row)
+_plan_options = POINTER(ptzcal_plan_options)
+_plan_summary = POINTER(ptzcal_plan_summary)
+_surface_options = POINTER(ptzcal_surface_options)
 _adjust_options = POINTER(ptzcal_adjust_options)
 _adjusted_summary = POINTER(ptzcal_adjusted_summary)
 _suspect = POINTER(ptzcal_suspect)
@@ -128,6 +149,13 @@ _ptz = POINTER(ptzcal_ptz)
 _common_line = POINTER(ptzcal_common_line)
 _rig_view = POINTER(ptzcal_rig_view)
 _zoom_position = POINTER(ptzcal_zoom_position)
+_aim = POINTER(ptzcal_aim)
+_explore_options = POINTER(ptzcal_explore_options)
+_health = POINTER(ptzcal_health)
+_health_options = POINTER(ptzcal_health_options)
+_located = POINTER(ptzcal_located)
+_sweep_summary = POINTER(ptzcal_sweep_summary)
+_visible = POINTER(ptzcal_visible)
 _error_out = POINTER(c_void_p)
 
 # fmt: off
@@ -174,6 +202,9 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_depth_map_read": (_status, c_char_p, c_double, _handle_out, _error_out),
     "ptzcal_depth_map_free": (None, _handle),
     "ptzcal_depth_map_size": (_status, _handle, _uint32_out, _uint32_out, _size_out, _error_out),
+    "ptzcal_depth_map_copy_metres": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_depth_map_copy_variances": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_depth_map_save": (_status, _handle, c_char_p, c_double, _error_out),
     "ptzcal_rgbd_options_init": (_status, _rgbd_options, c_size_t),
     "ptzcal_rgbd_view_init": (_status, _rgbd_view, c_size_t),
     "ptzcal_rgbd_new": (_status, _image, _rgbd_options, _handle_out, _error_out),
@@ -602,6 +633,7 @@ PROTOTYPES: Dict[str, tuple] = {
     ),
     "ptzcal_scan_options_set_journal": (_status, _handle, c_char_p, c_int32, _error_out),
     "ptzcal_scan_options_set_reconnect": (_status, _handle, c_double, _error_out),
+    "ptzcal_scan_options_set_target_accuracy": (_status, _handle, c_double, _error_out),
     "ptzcal_scan_options_set_recording": (_status, _handle, c_char_p, _error_out),
     "ptzcal_scan_options_set_cancel": (_status, _handle, _handle, _error_out),
     "ptzcal_rig_scan_region": (
@@ -617,6 +649,109 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_roof_edges_add_plane_scan": (
         _status, _handle, _handle, _region, _uint32_out, _error_out,
     ),
+    # Clouds and meshes.
+    "ptzcal_cloud_new": (_status, _handle_out, _error_out),
+    "ptzcal_cloud_from_scan": (_status, _handle, _handle_out, _error_out),
+    "ptzcal_cloud_from_depth_map": (
+        _status, _handle, _camera, _image, c_double, c_double, _handle_out, _error_out,
+    ),
+    "ptzcal_cloud_free": (None, _handle),
+    "ptzcal_cloud_add_points": (_status, _handle, _array, _array, _array, c_size_t, _error_out),
+    "ptzcal_cloud_merge": (_status, _handle, _handle, _error_out),
+    "ptzcal_cloud_strip": (_status, _handle, _error_out),
+    "ptzcal_cloud_transform": (_status, _handle, _pose, _array, _error_out),
+    "ptzcal_cloud_crop": (_status, _handle, _array, _array, _error_out),
+    "ptzcal_cloud_thin": (_status, _handle, c_double, _error_out),
+    "ptzcal_cloud_size": (_status, _handle, _size_out, _uint32_out, _uint32_out, _error_out),
+    "ptzcal_cloud_copy_points": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_cloud_copy_colours": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_cloud_copy_normals": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_cloud_copy_deviations": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_cloud_copy_covariances": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_cloud_save": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_cloud_load": (_status, c_char_p, _handle_out, _size_out, _error_out),
+    "ptzcal_cloud_depth_map": (_status, _handle, _camera, _handle_out, _error_out),
+    "ptzcal_surface_options_init": (_status, _surface_options, c_size_t),
+    "ptzcal_mesh_new": (_status, _handle, _array, c_size_t, _handle_out, _error_out),
+    "ptzcal_mesh_from_scan": (_status, _handle, _surface_options, _handle_out, _error_out),
+    "ptzcal_mesh_from_depth_map": (
+        _status, _handle, _camera, _image, c_double, c_double, _surface_options, _handle_out,
+        _error_out,
+    ),
+    "ptzcal_mesh_free": (None, _handle),
+    "ptzcal_mesh_add_picture": (_status, _handle, _image, _camera, _error_out),
+    "ptzcal_mesh_texture": (_status, _handle, _size_out, _error_out),
+    "ptzcal_mesh_size": (_status, _handle, _size_out, _size_out, _size_out, _error_out),
+    "ptzcal_mesh_vertices": (_status, _handle, _handle_out, _error_out),
+    "ptzcal_mesh_copy_triangles": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_mesh_save": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_mesh_load": (_status, c_char_p, _handle_out, _error_out),
+    "ptzcal_mesh_depth_map": (_status, _handle, _camera, _handle_out, _error_out),
+    # Exploring, health checks, pointing.
+    "ptzcal_explore_options_init": (_status, _explore_options, c_size_t),
+    "ptzcal_visible_init": (_status, _visible, c_size_t),
+    "ptzcal_rig_explore": (
+        _status, _handle, _explore_options, _handle, ptzcal_progress_fn, _user,
+        _handle_out, _error_out,
+    ),
+    "ptzcal_exploration_free": (None, _handle),
+    "ptzcal_exploration_get_visible": (_status, _handle, c_uint32, _region, _visible, _error_out),
+    "ptzcal_exploration_copy_mask": (
+        _status, _handle, c_uint32, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_exploration_get_scan": (_status, _handle, _handle_out, _error_out),
+    "ptzcal_rig_fire_again": (
+        _status, _handle, _handle, _array, c_size_t, _handle, ptzcal_progress_fn, _user,
+        _handle_out, _error_out,
+    ),
+    "ptzcal_health_options_init": (_status, _health_options, c_size_t),
+    "ptzcal_health_init": (_status, _health, c_size_t),
+    "ptzcal_scan_choose_health_shots": (
+        _status, _handle, c_uint32, c_size_t, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_health_check": (
+        _status, _model, _handle, _handle, _handle, c_uint32, _health_options,
+        _handle_out, _error_out,
+    ),
+    "ptzcal_health_report_free": (None, _handle),
+    "ptzcal_health_report_get": (_status, _handle, _health, _error_out),
+    "ptzcal_health_report_reason": (c_char_p, _handle),
+    "ptzcal_health_report_copy_shots": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_health_report_refitted": (_status, _handle, _handle_out, _error_out),
+    "ptzcal_aim_init": (_status, _aim, c_size_t),
+    "ptzcal_located_init": (_status, _located, c_size_t),
+    "ptzcal_pointing_new": (_status, _handle, _model, _handle_out, _error_out),
+    "ptzcal_pointing_new_adjusted": (_status, _handle, c_uint32, c_uint32, _handle_out, _error_out),
+    "ptzcal_pointing_free": (None, _handle),
+    "ptzcal_pointing_set_rig_covariance": (_status, _handle, _array, _error_out),
+    "ptzcal_pointing_set_station": (_status, _handle, _pose, _array, _error_out),
+    "ptzcal_pointing_set_head_deviation": (_status, _handle, c_double, c_double, _error_out),
+    "ptzcal_pointing_set_zoom_curve": (_status, _handle, _handle, _error_out),
+    "ptzcal_pointing_set_reach": (
+        _status, _handle, c_double, c_double, c_double, c_double, _error_out,
+    ),
+    "ptzcal_pointing_set_plane": (_status, _handle, _array, c_double, _array, c_uint32, _error_out),
+    "ptzcal_pointing_set_cloud": (_status, _handle, _array, _array, c_size_t, c_uint32, _error_out),
+    "ptzcal_pointing_set_distance": (_status, _handle, c_double, c_double, _error_out),
+    "ptzcal_pointing_aim": (_status, _handle, _array, _array, c_double, c_double, _aim, _error_out),
+    "ptzcal_pointing_locate": (
+        _status, _handle, c_double, c_double, c_double, _array, _array, _located,
+        _error_out,
+    ),
+    "ptzcal_pointing_copy_located_along": (
+        _status, _handle, c_double, c_double, c_double, _array, _array, c_double,
+        c_double, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_ellipse": (_status, _array, c_double, _array, _array, _error_out),
+    "ptzcal_sweep_summary_init": (_status, _sweep_summary, c_size_t),
+    "ptzcal_pointing_sweep": (
+        _status, _handle, _array, _array, c_double, c_double, c_double, c_double,
+        _handle_out, _error_out,
+    ),
+    "ptzcal_sweep_free": (None, _handle),
+    "ptzcal_sweep_get_summary": (_status, _handle, _sweep_summary, _error_out),
+    "ptzcal_sweep_copy_steps": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_sweep_copy_curve": (_status, _handle, _array, c_size_t, _size_out, _error_out),
     # Joint adjustment.
     "ptzcal_adjustment_new": (_status, _model, _handle_out, _error_out),
     "ptzcal_adjustment_free": (None, _handle),
@@ -674,6 +809,56 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_adjusted_get_plane": (_status, _handle, c_uint32, _array, _array, _error_out),
     "ptzcal_adjusted_copy_plane_inliers": (
         _status, _handle, _array, c_size_t, _size_out, _error_out,
+    ),
+    # Studies, labels, plans, next shots.
+    "ptzcal_site_new": (_status, _model, _camera, _handle_out, _error_out),
+    "ptzcal_site_free": (None, _handle),
+    "ptzcal_site_set_rig_sigmas": (_status, _handle, _array, _error_out),
+    "ptzcal_site_set_pointing_sigma": (_status, _handle, c_double, c_double, _error_out),
+    "ptzcal_site_set_estimate": (_status, _handle, _handle, _error_out),
+    "ptzcal_site_set_plane": (_status, _handle, _array, c_double, _error_out),
+    "ptzcal_site_set_room": (_status, _handle, _array, _array, c_size_t, _error_out),
+    "ptzcal_site_set_depths": (_status, _handle, c_double, c_double, _error_out),
+    "ptzcal_set_up_from_region": (_status, _handle, _region, _handle_out, _error_out),
+    "ptzcal_set_up_from_scan": (_status, _handle, _handle, _handle_out, _error_out),
+    "ptzcal_set_up_from_points": (_status, _handle, _array, c_size_t, _handle_out, _error_out),
+    "ptzcal_set_up_set_control": (_status, _handle, _array, c_size_t, _error_out),
+    "ptzcal_set_up_get_count": (_status, _handle, _size_out, _error_out),
+    "ptzcal_set_up_free": (None, _handle),
+    "ptzcal_study_options_init": (_status, _study_options, c_size_t),
+    "ptzcal_study_cell_init": (_status, _study_cell, c_size_t),
+    "ptzcal_study_run": (
+        _status, _handle, _array, c_size_t, _array, c_size_t, _study_options, ptzcal_progress_fn, _user,
+        _handle, _handle_out, _error_out,
+    ),
+    "ptzcal_study_get_cell": (_status, _handle, c_uint32, c_size_t, _study_cell, _error_out),
+    "ptzcal_study_copy_handoff": (
+        _status, _handle, c_uint32, c_size_t, _array, c_size_t, _size_out, _error_out,
+    ),
+    "ptzcal_study_save_json": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_study_save_csv": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_study_save_plot": (_status, _handle, c_uint32, c_uint32, c_char_p, _error_out),
+    "ptzcal_study_free": (None, _handle),
+    "ptzcal_label_row_init": (_status, _label_row, c_size_t),
+    "ptzcal_label_make": (
+        _status, _handle, _array, c_size_t, _array, c_size_t, _study_options, ptzcal_progress_fn, _user,
+        _handle, _handle_out, _error_out,
+    ),
+    "ptzcal_label_get_count": (_status, _handle, _size_out, _error_out),
+    "ptzcal_label_get_row": (_status, _handle, c_size_t, _label_row, _error_out),
+    "ptzcal_label_save_json": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_label_save_csv": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_label_save_plot": (_status, _handle, c_uint32, c_char_p, _error_out),
+    "ptzcal_label_free": (None, _handle),
+    "ptzcal_plan_options_init": (_status, _plan_options, c_size_t),
+    "ptzcal_plan_summary_init": (_status, _plan_summary, c_size_t),
+    "ptzcal_plan_make": (_status, _handle, _plan_options, _handle, _handle_out, _error_out),
+    "ptzcal_plan_get_summary": (_status, _handle, _plan_summary, _error_out),
+    "ptzcal_plan_copy_shots": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_plan_free": (None, _handle),
+    "ptzcal_next_shots": (
+        _status, _handle, _array, c_size_t, _region, c_double, c_double, c_double, c_uint32, _array, _array,
+        c_size_t, _size_out, _error_out,
     ),
     # Files.
     "ptzcal_calibration_save": (_status, _handle, c_char_p, _error_out),

@@ -488,6 +488,15 @@ class ptzcal_scan_summary(Structure):
     ]
 
 
+class ptzcal_surface_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("max_incidence", c_double),
+        ("significance", c_double),
+    ]
+
+
 class ptzcal_adjusted_summary(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -534,6 +543,77 @@ class ptzcal_adjust_options(Structure):
     ]
 
 
+class ptzcal_study_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("methods", c_uint32),
+        ("draws", c_uint32),
+        ("trials", c_uint32),
+        ("threads", c_uint32),
+        ("reserved", c_uint32),
+        ("seed", c_uint64),
+    ]
+
+
+class ptzcal_study_cell(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("used", c_uint32),
+        ("failures", c_uint32),
+        ("reserved", c_uint32),
+        ("head_sigma", c_double),
+        ("fixed_sigma", c_double),
+        ("mean", c_double * 4),
+        ("rms", c_double * 4),
+        ("bias", c_double * 4),
+        ("expected", c_double * 4),
+    ]
+
+
+class ptzcal_label_row(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("shots", c_uint32),
+        ("failures", c_uint32),
+        ("reserved", c_uint32),
+        ("distance", c_double),
+        ("head_sigma", c_double),
+        ("fixed_sigma", c_double),
+        ("simulated", c_double * 4),
+        ("expected", c_double * 4),
+        ("handoff_simulated", c_double),
+        ("handoff_expected", c_double),
+    ]
+
+
+class ptzcal_plan_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("max_positions", c_uint32),
+        ("pan_min", c_double),
+        ("pan_max", c_double),
+        ("tilt_min", c_double),
+        ("tilt_max", c_double),
+        ("head_sigma", c_double),
+        ("fixed_sigma", c_double),
+        ("target", c_double),
+    ]
+
+
+class ptzcal_plan_summary(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("pan_steps", c_uint32),
+        ("tilt_steps", c_uint32),
+        ("grid_seen", c_uint32),
+        ("shots", c_uint32),
+        ("limited_by", c_int32),
+        ("grid_rms", c_double),
+        ("grid_semi_axis", c_double),
+        ("limit_rms", c_double),
+    ]
+
+
 ptzcal_log_fn = CFUNCTYPE(None, c_void_p, c_int32, c_char_p)
 ptzcal_move_end_fn = CFUNCTYPE(
     None, c_void_p, c_uint64, c_int32, c_int32, c_double, c_double
@@ -568,4 +648,112 @@ class ptzcal_ptz(Structure):
         ("position", ptzcal_ptz_position_fn),
         ("motion", ptzcal_ptz_motion_fn),
         ("stop", ptzcal_ptz_stop_fn),
+    ]
+
+
+class ptzcal_explore_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("max_shots", c_uint32),
+        ("reserved", c_uint32 * 2),
+        ("pan_min", c_double),
+        ("pan_max", c_double),
+        ("tilt_min", c_double),
+        ("tilt_max", c_double),
+        ("tolerance", c_double),
+        ("spacing", c_double),
+    ]
+
+
+class ptzcal_visible(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("shots", c_uint32),
+        ("seen", c_uint32),
+        ("measured", c_uint32),
+        ("share", c_double),
+    ]
+
+
+class ptzcal_health_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("false_alarm", c_double),
+        ("pan_sigma", c_double),
+        ("tilt_sigma", c_double),
+    ]
+
+
+class ptzcal_health(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("verdict", c_uint32),
+        ("has_statistic", c_uint32),
+        ("has_refit", c_uint32),
+        ("has_head_shift", c_uint32),
+        ("shots", c_uint32),
+        ("used", c_uint32),
+        ("not_seen", c_uint32),
+        ("scene_changed", c_uint32),
+        ("outliers", c_uint32),
+        ("chi2", c_double),
+        ("degrees_of_freedom", c_double),
+        ("probability", c_double),
+        ("change", c_double * 6),
+        ("change_covariance", c_double * 36),
+        ("head_shift", c_double * 2),
+        ("head_shift_covariance", c_double * 3),
+    ]
+
+
+class ptzcal_aim(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("has_zoom", c_uint32),
+        ("edge", c_uint32),
+        ("reserved", c_uint32),
+        ("pan", c_double),
+        ("tilt", c_double),
+        ("angle_covariance", c_double * 3),
+        ("zoom", c_double),
+        ("probability", c_double),
+        ("uv", c_double * 2),
+        ("uv_covariance", c_double * 3),
+        ("point", c_double * 3),
+        ("point_covariance", c_double * 9),
+        ("distance", c_double),
+        ("other_distance", c_double),
+    ]
+
+
+class ptzcal_located(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("edge", c_uint32),
+        ("hidden", c_uint32),
+        ("reserved", c_uint32),
+        ("uv", c_double * 2),
+        ("uv_covariance", c_double * 3),
+        ("point", c_double * 3),
+        ("point_covariance", c_double * 9),
+        ("distance", c_double),
+        ("other_distance", c_double),
+    ]
+
+
+class ptzcal_sweep_summary(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("steps", c_uint32),
+        ("points", c_uint32),
+        ("has_zoom", c_uint32),
+        ("pan_min", c_double),
+        ("pan_max", c_double),
+        ("tilt_min", c_double),
+        ("tilt_max", c_double),
+        ("middle_pan", c_double),
+        ("middle_tilt", c_double),
+        ("zoom", c_double),
+        ("probability", c_double),
     ]

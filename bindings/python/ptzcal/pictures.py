@@ -10,6 +10,7 @@ import numpy as np
 from . import _native, _structs
 from ._arrays import address_of, address_of_optional, numbers, rows, unsigned
 from ._native import Handle, call, lib
+from .errors import Error, Status
 from .images import Image, PixelFormat, copied, view
 
 
@@ -194,3 +195,29 @@ class DepthMap(Handle):
     def known(self) -> int:
         """Pixels that have a depth."""
         return self._sizes()[2]
+
+    @property
+    def metres(self) -> np.ndarray:
+        """(h, w), float32; 0 where there is no depth."""
+        return self._copied(lib.ptzcal_depth_map_copy_metres)
+
+    @property
+    def variances(self) -> Optional[np.ndarray]:
+        """(h, w), float32, m^2, of a map made of a cloud or mesh; 0 where there is no depth. None
+        where the noise is unknown."""
+        try:
+            return self._copied(lib.ptzcal_depth_map_copy_variances)
+        except Error as error:
+            if error.status == Status.BAD_STATE:
+                return None
+            raise
+
+    def _copied(self, function: Any) -> np.ndarray:
+        width, height = self.size
+        values = np.empty((height, width), np.float32)
+        call(function, self._pointer, address_of(values), values.size, None)
+        return values
+
+    def save(self, path: _native.Path, metres: float = 0.001) -> None:
+        """Writes a PNG with one channel of 16 bits, `metres` per unit."""
+        call(lib.ptzcal_depth_map_save, self._pointer, _native.path(path), metres)

@@ -315,6 +315,7 @@ class Rig:
         journal_sync: bool = True,
         recording: Optional[_native.Path] = None,
         reconnect: float = 0.0,
+        target_accuracy: float = 0.0,
         progress: Optional[Callable[[Progress], Any]] = None,
         cancel: Optional[Cancel] = None,
     ) -> Scan:
@@ -326,6 +327,8 @@ class Rig:
         which a scan that was killed goes on; journal_sync waits for the disk at each shot.
         recording: a folder for all frames, to be opened as "folder:///path" and scanned again.
         reconnect: how long an unplugged device is waited for, seconds.
+        target_accuracy: ends the scan once every fixed camera's position is expected to be known to
+        this rms error, metres, the rig taken as exact; 0: the whole region.
         progress: progress(Progress) after each shot; a true result stops the scan.
 
         A scan that ends early (stopped, cancelled, a device failed) still returns what it measured:
@@ -344,6 +347,7 @@ class Rig:
             journal_sync=journal_sync,
             recording=recording,
             reconnect=reconnect,
+            target_accuracy=target_accuracy,
             cancel=cancel,
         )
         with self._open() as pointer:

@@ -148,6 +148,7 @@ class ScanOptions(Handle):
         journal_sync: bool,
         recording: Optional[_native.Path],
         reconnect: float,
+        target_accuracy: float,
         cancel: Optional[Cancel],
     ) -> None:
         self._make(lib.ptzcal_scan_options_new)
@@ -166,6 +167,7 @@ class ScanOptions(Handle):
         if journal is not None:
             self._set("journal", _native.path(journal), bool(journal_sync))
         self._set("reconnect", reconnect)
+        self._set("target_accuracy", target_accuracy)
         if recording is not None:
             self._set("recording", _native.path(recording))
         self._set("cancel", pointer_of(cancel))
@@ -231,6 +233,17 @@ class Scan(Handle):
             )
         finally:
             self._pointer = pointer.value
+        self._read(failure)
+
+    @classmethod
+    def _of(cls, pointer: Optional[int], failure: Optional[BaseException] = None) -> "Scan":
+        """Takes over a scan that the library made."""
+        scan = cls.__new__(cls)
+        scan._pointer = pointer
+        scan._read(failure)
+        return scan
+
+    def _read(self, failure: Optional[BaseException]) -> None:
         self.end: Optional[Error] = None
         """Why the scan is not complete; None when it is."""
         try:
@@ -311,7 +324,7 @@ class Scan(Handle):
         return points
 
     def save_ply(self, path: _native.Path) -> None:
-        """Writes the points as binary PLY, with their colours and standard deviations."""
+        """Writes the points as binary PLY, with their colours and covariances."""
         call(lib.ptzcal_scan_save_ply, self._pointer, _native.path(path))
 
     def __repr__(self) -> str:

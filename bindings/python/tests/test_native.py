@@ -137,6 +137,14 @@ class Declarations(TestCase):
             ptzcal.Focus: "PTZCAL_FOCUS_",
             ptzcal.head.Identity: "PTZCAL_IDENTITY_",
             ptzcal.ProbeFigure: "PTZCAL_PROBE_FIGURE_",
+            ptzcal.StudyMethod: "PTZCAL_STUDY_METHOD_",
+            ptzcal.StudyDraws: "PTZCAL_STUDY_DRAWS_",
+            ptzcal.StudyQuantity: "PTZCAL_STUDY_QUANTITY_",
+            ptzcal.StudyPlot: "PTZCAL_STUDY_PLOT_",
+            ptzcal.CloudNoise: "PTZCAL_CLOUD_NOISE_",
+            ptzcal.MeasuredBy: "PTZCAL_MEASURED_BY_",
+            ptzcal.Verdict: "PTZCAL_VERDICT_",
+            ptzcal.ShotState: "PTZCAL_SHOT_STATE_",
         }
         self.assertEqual(len(pairs), len(self.header.enums), "an enum has no Python counterpart")
         for enum, prefix in pairs.items():
@@ -147,6 +155,7 @@ class Declarations(TestCase):
         text = HEADER.read_text()
         self.assertIn(f"#define PTZCAL_HEAD_CAMERA {ptzcal.HEAD_CAMERA}", text)
         self.assertIn(f"#define PTZCAL_NO_CAMERA {_native.NO_CAMERA}", text)
+        self.assertIn(f"#define PTZCAL_LABEL_HANDOFF {_native.LABEL_HANDOFF}", text)
         self.assertIn(f"#define PTZCAL_RIG_PARAMETERS {len(ptzcal.RigParameter)}", text)
         self.assertIn(f"#define PTZCAL_ABI_VERSION {ptzcal.abi_version()}", text)
         self.assertEqual(ptzcal.__version__, ptzcal.version())

@@ -6,6 +6,8 @@
 //! Normals point away from the stations, so that every one has its sign, and both stations' frames are
 //! right-handed: a set of planes has no mirror image to be taken for.
 
+use std::collections::BTreeSet;
+
 use nalgebra::{Matrix3, Vector3};
 
 use super::StationOptions;
@@ -131,7 +133,7 @@ fn translations(a: &Side, b: &Side, rotation: &Matrix3<f64>, options: &StationOp
     pairs.truncate(PAIRS);
     // X_a = R X_b + t: u . t = h_a - h_b for planes u . X_a = h_a.
     let offset = |(i, j): (usize, usize)| a.planes[i].distance - b.planes[j].distance;
-    let mut found: Vec<Candidate> = Vec::new();
+    let (mut found, mut tried) = (Vec::<Candidate>::new(), BTreeSet::new());
     for (k, p) in pairs.iter().enumerate() {
         for (l, q) in pairs.iter().enumerate().skip(k + 1) {
             let across = a.planes[p.0].normal.cross(&a.planes[q.0].normal);
@@ -146,8 +148,8 @@ fn translations(a: &Side, b: &Side, rotation: &Matrix3<f64>, options: &StationOp
                 let right = Vector3::from([p, q, r].map(|(i, j, _)| offset((*i, *j))));
                 let rows = Matrix3::from_rows(&normals.map(|n| n.transpose()));
                 let Some(translation) = rows.try_inverse().map(|m| m * right) else { continue };
-                let known = |c: &Candidate| (c.b_to_a.translation - translation).norm() < options.max_distance;
-                if !options.allows_position(&translation) || found.iter().any(known) {
+                let cell = <[f64; 3]>::from(translation / options.max_distance).map(|v| v.round() as i64);
+                if !options.allows_position(&translation) || !tried.insert(cell) {
                     continue;
                 }
                 let agrees = |(i, j, _): &(usize, usize, f64)| {

@@ -161,10 +161,10 @@ pub fn register_stations(a: &StationPlanes, b: &StationPlanes, options: &Station
     if let Some(other) = runner_up.filter(|_| relative > options.max_runner_up) {
         return Err(Error::AmbiguousStations { reason: pair.difference(best, other) });
     }
-    if let Some((direction, score)) = pair.sliding(best) {
-        if score / best.verdict.score() > options.max_runner_up {
-            return Err(unobservable::sliding(&direction));
-        }
+    if let Some((direction, score)) = pair.sliding(best)
+        && score / best.verdict.score() > options.max_runner_up
+    {
+        return Err(unobservable::sliding(&direction));
     }
     let pose = pair.conclude(best, relative)?;
     if options.prior.is_none() && !pair.confirmed(best, &pose) {

@@ -1,3 +1,4 @@
+mod explore;
 mod faults;
 mod laser;
 mod moving;

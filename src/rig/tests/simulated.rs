@@ -114,6 +114,36 @@ fn run(address: &str, region: &ScanRegion) -> (Scan, Vec<Result<CameraError>>) {
 }
 
 #[test]
+fn a_scan_ends_once_its_camera_is_known_well_enough() {
+    let simulator = Simulator::new(SimOptions::parse("sim:room").unwrap()).unwrap();
+    let near = |simulator: &Simulator| fixed(simulator).into_iter().take(1).collect::<Vec<_>>();
+    let run = |target_accuracy| {
+        let options = ScanOptions { target_accuracy, ..ScanOptions::default() };
+        let mut rig = rig(&simulator, RigOptions::default());
+        scan_region(&mut rig, &region(20, 16), &options, &mut near(&simulator), &mut |_| Continue(()))
+    };
+    let scan = run(0.002).unwrap();
+    assert_eq!(scan.end, ScanEnd::TargetMet);
+    assert!(!scan.is_complete() && scan.shots.len() > 80 && scan.shots.len() < 300, "{}", scan.shots.len());
+    let options = CalibrationOptions { distortion: DistortionModel::Radial2, ..CalibrationOptions::default() };
+    let found = calibrate_camera(&scan.correspondences(0).unwrap(), &options).unwrap();
+    let off = (found.camera.centre() - simulator.truth().fixed[0].centre()).norm();
+    // Three times the wanted rms: but for one scan in some hundreds.
+    assert!(off < 0.006, "{off}");
+    // What is left of the region lies between what was visited.
+    let visited = |rows: std::ops::Range<u32>| scan.shots.iter().any(|s| rows.contains(&(s.index / 20)));
+    assert!((0..16).step_by(4).all(|row| visited(row..row + 4)));
+    let mut path: Vec<u32> = (0..20).collect();
+    super::super::scan::spread(&mut path);
+    assert_eq!(path, [0, 8, 16, 4, 12, 2, 10, 18, 6, 14, 1, 9, 17, 5, 13, 3, 11, 19, 7, 15]);
+    for target in [-1.0, f64::NAN, f64::INFINITY] {
+        assert!(run(target).is_err());
+    }
+    // A target that is out of reach changes nothing but the order.
+    assert!(run(1e-9).unwrap().is_complete());
+}
+
+#[test]
 fn a_small_scan_calibrates_the_simulated_cameras() {
     let (scan, errors) = run("sim:room", &region(14, 11));
     assert!(scan.is_complete() && scan.counts().head > 120, "{:?}", scan.counts());
