@@ -279,7 +279,7 @@ fn whole_survey(stations: &[Rigid], cameras: &[Camera], sigma: f64, told: bool) 
     for (index, pose) in stations.iter().enumerate() {
         input
             .add_station(match index {
-                0 => Station::world(),
+                0 => Station { pose: Some(*pose), prior: Prior::fixed(6) },
                 _ if told => odometry(pose, index),
                 _ => Station::unknown(),
             })
@@ -306,7 +306,7 @@ fn walk() -> [Rigid; 3] {
         rotation: rigid::rotation_y(turn),
         translation: Vector3::new(x, y, z),
     };
-    [at(0.0, 0.0, 0.0, -0.45), at(0.35, 0.05, 0.15, -0.55), at(0.6, 0.0, -0.2, -0.35)]
+    [at(0.0, 0.0, 0.0, -0.45), at(0.35, 0.05, 0.15, -0.55), at(0.55, 0.0, -0.1, -0.5)]
 }
 
 /// A camera above the path that looks to the same corner.
