@@ -6,8 +6,10 @@
 //! ```text
 //! capi                               the C API: translates and checks, computes nothing
 //! ptz  rig  rig_calibration  rgbd    workflows: drive; aim and scan; calibrate the rig; colour and depth;
-//! angle_learning  probe              learn what a head's numbers mean; find out what a device does
-//! detect  calibrate  adjust  pose    algorithms: pure functions of their input
+//! angle_learning  probe              learn what a head's numbers mean; find out what a device does;
+//! network  study  pointing  health   tie stations; label and plan; click to point; has it moved?
+//! detect  calibrate  adjust  pose    algorithms: pure functions of their input;
+//! cloud                              clouds and surfaces
 //! device  sim                        the ports (traits) and what implements them
 //! geometry  image  draw  format      foundations: pure data, maths, pictures and files
 //! control  error                     cancel, progress, log; the error type
@@ -35,6 +37,7 @@ mod fuzz;
 pub mod geometry;
 pub mod health;
 pub mod image;
+pub mod network;
 pub mod pointing;
 pub mod pose;
 pub mod probe;

@@ -11,6 +11,9 @@ const SIDE: usize = 45;
 /// Least cosine between planes that may be one.
 const ALIKE: f64 = 0.94;
 
+/// Cosine between a ray and a plane's normal below which the ray hardly sees it.
+const GRAZING: f64 = 0.17;
+
 /// The measurements of one direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Cell {
@@ -83,6 +86,8 @@ impl View {
         let Some(index) = cell_of(place) else { return Sight::Unknown };
         let range = place.norm();
         let slack = margin + tolerance * range;
+        // A face that is turned away is hidden behind what stands there: a box shows each station other sides.
+        let turned_away = normal.is_some_and(|n| n.dot(place) < GRAZING * range);
         let (mut nearest, mut known, mut across) = (f64::INFINITY, 0, false);
         let (face, row, column) = (index / (SIDE * SIDE), index / SIDE % SIDE, index % SIDE);
         for r in row.saturating_sub(1)..(row + 2).min(SIDE) {
@@ -92,7 +97,7 @@ impl View {
                     if normal.zip(cell.normal).is_none_or(|(n, m)| n.dot(&m) >= ALIKE) {
                         return Sight::Surface;
                     }
-                    across = true;
+                    across |= !turned_away;
                 }
                 nearest = nearest.min(cell.near);
                 known += 1;

@@ -10,6 +10,7 @@ use std::collections::BTreeSet;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::super::procrustes::kabsch;
 use super::StationOptions;
 use crate::geometry::rigid::log;
 use crate::geometry::{Plane, Rigid};
@@ -104,12 +105,20 @@ pub(super) fn rotations(a: &Side, b: &Side, options: &StationOptions) -> Vec<(Ma
                 continue;
             }
             let pairs = parallel(a, b, &rotation, options.max_angle);
+            let rotation = aligned(a, b, &pairs).unwrap_or(rotation);
             found.push((rotation, one_each(pairs.into_iter(), a.planes.len())));
         }
     }
     found.sort_by(|(_, v), (_, w)| w.total_cmp(v));
     found.truncate(ROTATIONS);
     found
+}
+
+/// The rotation by all planes that one made parallel: two small ones alone may be degrees off.
+fn aligned(a: &Side, b: &Side, pairs: &[(usize, usize, f64)]) -> Option<Matrix3<f64>> {
+    let correlation: Matrix3<f64> =
+        pairs.iter().map(|(i, j, w)| a.planes[*i].normal * b.planes[*j].normal.transpose() * (w * w)).sum();
+    kabsch(&correlation).ok().map(|(rotation, _)| rotation)
 }
 
 fn pairs_of(indices: &[usize]) -> impl Iterator<Item = (usize, usize)> {
