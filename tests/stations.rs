@@ -260,7 +260,7 @@ fn what_planes_cannot_tell_is_refused() {
 
 /// What a robot says of its pose: 4 cm and 2 degrees off.
 fn odometry(truth: &Rigid, index: usize) -> Station {
-    let side = if index % 2 == 0 { 1.0 } else { -1.0 };
+    let side = if index.is_multiple_of(2) { 1.0 } else { -1.0 };
     let pose = Rigid {
         rotation: rigid::rotation_y(0.035 * side) * truth.rotation,
         translation: truth.translation + Vector3::new(0.03, -0.01, 0.025) * side,

@@ -6,7 +6,7 @@
 mod loops;
 mod merge;
 
-use crate::adjust::Adjustment;
+use crate::adjust::{Adjustment, Station};
 use crate::control::Cancel;
 use crate::error::{Error, Result};
 use crate::geometry::InverseDepthPoint;
@@ -183,10 +183,8 @@ impl Seen {
 /// Every station hangs, by links, on one with a pose, or on one that cameras may place.
 fn demand_tied(survey: &Adjustment, links: &[Link]) -> Result<()> {
     let stations = survey.stations();
-    let mut reached: Vec<bool> = stations.iter().map(|s| s.pose.is_some()).collect();
-    for station in 0..stations.len() {
-        reached[station] |= shares_camera(survey, station);
-    }
+    let placed = |(index, station): (usize, &Station)| station.pose.is_some() || shares_camera(survey, index);
+    let mut reached: Vec<bool> = stations.iter().enumerate().map(placed).collect();
     let mut grown = true;
     while grown {
         grown = false;

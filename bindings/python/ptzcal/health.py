@@ -74,6 +74,7 @@ def fire_again(rig: Rig, before: Scan, shots: Sequence[int], cameras: Sequence[A
         journal_sync=True,
         recording=None,
         reconnect=0.0,
+        target_accuracy=0.0,
         cancel=None,
     )
     indices, pointer = np.array(shots, dtype=np.uintp), c_void_p()
