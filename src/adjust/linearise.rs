@@ -8,6 +8,7 @@ use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use super::eliminate::{Eliminated, Own};
 use super::gram::Gram;
 use super::layout::{Layout, PLANE, State};
+use super::plane_hit::PlaneHit;
 use super::problem::{AdjustOptions, Adjustment};
 use crate::calibrate::freedom::{ALL, full_jacobian};
 use crate::error::{Error, Result};
@@ -410,27 +411,6 @@ impl<'a> Problem<'a> {
                 }
             }
         }
-    }
-}
-
-/// A shot's distance from a plane, metres, with its derivatives.
-pub(super) struct PlaneHit {
-    pub distance: f64,
-    by_plane: [f64; PLANE],
-    pub by_local: [f64; 3],
-}
-
-impl PlaneHit {
-    /// `None` for a shot at or beyond infinity.
-    pub fn of(plane: &Plane, point: &ShotPoint, rho: f64) -> Option<Self> {
-        let x = Some(point.xyz / rho).filter(|x| rho > 0.0 && x.iter().all(|v| v.is_finite()))?;
-        let [a, b] = plane.tangents();
-        let [depth, pan, tilt] = point.by_local;
-        Some(Self {
-            distance: plane.signed_distance(&x),
-            by_plane: [a.dot(&x), b.dot(&x), -1.0],
-            by_local: [depth - x, pan, tilt].map(|by| plane.normal.dot(&by) / rho),
-        })
     }
 }
 

@@ -12,6 +12,7 @@ mod gram;
 mod layout;
 mod linearise;
 mod outliers;
+mod plane_hit;
 mod prior;
 mod problem;
 mod solve;

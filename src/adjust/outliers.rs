@@ -3,7 +3,8 @@
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::layout::State;
-use super::linearise::{PlaneHit, Problem, Witness};
+use super::linearise::{Problem, Witness};
+use super::plane_hit::PlaneHit;
 use crate::error::{Error, Result};
 
 /// Squared Mahalanobis distance beyond which a spot is an outlier: a chance of 1 in 1000.

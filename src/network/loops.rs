@@ -79,25 +79,19 @@ impl Uncertain {
     }
 }
 
-/// One loop for each link beyond those of a tree: the shortest that it closes.
+/// One loop for each link whose stations surer links tie already: the shortest that it closes.
 pub(super) fn close(stations: usize, links: &[Link]) -> Vec<LoopClosure> {
     let known = |link: &Link| {
         let pose = link.pose.as_ref().ok()?;
         Some((link.stations, Uncertain { pose: pose.b_to_a, covariance: pose.covariance }))
     };
     let mut edges: Vec<([usize; 2], Uncertain)> = links.iter().filter_map(known).collect();
-    // The surest links make the tree.
     edges.sort_by(|a, b| a.1.covariance.trace().total_cmp(&b.1.covariance.trace()));
-    let mut tree: Vec<([usize; 2], Uncertain)> = Vec::new();
-    let mut loops = Vec::new();
-    for (ends, link) in edges {
-        match path(stations, &tree, ends[0], ends[1]) {
-            None => {}
-            Some((around, direct)) => loops.push(closure(around, &link, &direct)),
-        }
-        tree.push((ends, link));
-    }
-    loops
+    let closed = edges.iter().enumerate().filter_map(|(i, (ends, link))| {
+        let (around, direct) = path(stations, &edges[..i], ends[0], ends[1])?;
+        Some(closure(around, link, &direct))
+    });
+    closed.collect()
 }
 
 /// The shortest way between two stations, and the pose of its end in the frame of its beginning.

@@ -102,10 +102,10 @@ pub fn tie_stations(survey: &mut Adjustment, options: &TieOptions) -> Result<Tie
     for plane in &planes {
         let index = tied.add_plane(options.planes.flatness.clamp(1e-6, 1.0))?;
         for &(station, own) in plane {
-            let hits = seen[station].hits(own).map(|shot| (shot, index));
-            let before = hits.clone().count();
-            tied.set_planes(hits)?;
-            shots += before;
+            for shot in seen[station].hits(own) {
+                tied.set_plane(shot, index)?;
+                shots += 1;
+            }
         }
     }
     *survey = tied;
@@ -173,7 +173,7 @@ impl Seen {
     }
 
     /// The shots that hit a plane.
-    fn hits(&self, plane: usize) -> impl Iterator<Item = usize> + Clone + '_ {
+    fn hits(&self, plane: usize) -> impl Iterator<Item = usize> + '_ {
         let labels = self.planes.as_ref().map_or(&[][..], |p| &p.labels);
         let hit = move |label: &Option<u16>| label.is_some_and(|l| usize::from(l) == plane);
         labels.iter().zip(&self.shots).filter(move |(label, _)| hit(label)).map(|(_, shot)| *shot)

@@ -158,10 +158,7 @@ pub fn scan_region(
     options.validate()?;
     region.validate()?;
     region.check_reach(&rig.capabilities)?;
-    if fixed.len() > MAX_FIXED_CAMERAS {
-        return Err(Error::invalid("fixed cameras", format!("{}, at most {MAX_FIXED_CAMERAS}", fixed.len())));
-    }
-    fixed.iter().try_for_each(FixedCamera::validate)?;
+    check_fixed(fixed)?;
     let head_band = head_band(&rig.model, &options.gate)?;
     let (mut order, coarse) = region.path(options.coarse_shots, rig.options.settle.overshoot > 0.0);
     let watches = if options.target_accuracy > 0.0 {
@@ -184,21 +181,49 @@ pub fn scan_region(
     let recorder = options.record.as_ref().map(|folder| Recorder::open(folder, &recording_info(region, rig, fixed)));
     let recorder = recorder.transpose()?;
 
-    let scan = Scan {
-        region: *region,
-        model: rig.model,
+    let scan = Scan { resumed: shots.len(), shots, repair, ..nothing_yet(*region, &rig.model, fixed) };
+    Ok(guarded(rig, fixed, options, head_band, scan, |scanner| {
+        (scanner.journal, scanner.recorder, scanner.watches) = (journal, recorder, watches);
+        scanner.run(&order, coarse, progress)
+    }))
+}
+
+/// The cameras that are to watch shots, and their number.
+pub(super) fn check_fixed(fixed: &[FixedCamera]) -> Result<()> {
+    if fixed.len() > MAX_FIXED_CAMERAS {
+        return Err(Error::invalid("fixed cameras", format!("{}, at most {MAX_FIXED_CAMERAS}", fixed.len())));
+    }
+    fixed.iter().try_for_each(FixedCamera::validate)
+}
+
+/// A scan without a shot.
+pub(super) fn nothing_yet(region: ScanRegion, model: &RigModel, fixed: &[FixedCamera]) -> Scan {
+    Scan {
+        region,
+        model: *model,
         fixed_sizes: fixed.iter().map(|c| (c.width, c.height)).collect(),
-        resumed: shots.len(),
-        shots,
+        shots: Vec::new(),
         end: ScanEnd::Complete,
-        repair,
+        resumed: 0,
+        repair: None,
         search_calibrations: vec![None; fixed.len()],
-    };
+    }
+}
+
+/// Lets `work` take shots. However it ends, the laser is off and the head is told to stop; the scan's
+/// end says how.
+pub(super) fn guarded(
+    rig: &mut Rig,
+    fixed: &mut [FixedCamera],
+    options: &ScanOptions,
+    head_band: Band,
+    scan: Scan,
+    work: impl FnOnce(&mut Scanner<'_>) -> Result<ScanEnd>,
+) -> Scan {
     let gates = fixed.iter().map(|c| c.known.map_or(Gate::Unknown, Gate::Known)).collect();
     let exposures = Exposures::new(1 + fixed.len(), options.frames_per_state as usize);
-    let start = rig.clock.now();
+    let (start, tried_with) = (rig.clock.now(), vec![0; fixed.len()]);
     let halt = Halt(rig);
-    let tried_with = vec![0; fixed.len()];
     let mut scanner = Scanner {
         rig: &mut *halt.0,
         fixed,
@@ -206,15 +231,15 @@ pub fn scan_region(
         head_band,
         gates,
         exposures,
-        journal,
-        recorder,
+        journal: None,
+        recorder: None,
         scan,
         tried_with,
         longest_on: 0.0,
         start,
-        watches,
+        watches: Vec::new(),
     };
-    let end = match scanner.run(&order, coarse, progress) {
+    let end = match work(&mut scanner) {
         Ok(end) => end,
         Err(Error::Cancelled) => ScanEnd::Cancelled,
         Err(error) => ScanEnd::Failed(error),
@@ -224,7 +249,7 @@ pub fn scan_region(
     drop(halt);
     // A laser that may be on is worse than whatever else happened.
     scan.end = control.fault().map_or(end, ScanEnd::Failed);
-    Ok(scan)
+    scan
 }
 
 /// In eight passes over the same path, so that a scan that ends early has covered the region.
@@ -242,7 +267,7 @@ fn watch(model: &RigModel, camera: &FixedCamera, options: &ScanOptions) -> Resul
 }
 
 /// Whatever ends a scan, a panic of the host's code too: the laser is off and the head stops.
-pub(super) struct Halt<'a>(pub(super) &'a mut Rig);
+struct Halt<'a>(&'a mut Rig);
 
 impl Drop for Halt<'_> {
     fn drop(&mut self) {
@@ -253,22 +278,22 @@ impl Drop for Halt<'_> {
 }
 
 pub(super) struct Scanner<'a> {
-    pub(super) rig: &'a mut Rig,
-    pub(super) fixed: &'a mut [FixedCamera],
-    pub(super) options: &'a ScanOptions,
-    pub(super) head_band: Band,
-    pub(super) gates: Vec<Gate>,
-    pub(super) exposures: Exposures,
-    pub(super) journal: Option<Journal>,
-    pub(super) recorder: Option<Recorder>,
+    rig: &'a mut Rig,
+    fixed: &'a mut [FixedCamera],
+    options: &'a ScanOptions,
+    head_band: Band,
+    gates: Vec<Gate>,
+    exposures: Exposures,
+    journal: Option<Journal>,
+    recorder: Option<Recorder>,
     pub(super) scan: Scan,
     /// Shots with which each fixed camera could not be calibrated.
-    pub(super) tried_with: Vec<usize>,
+    tried_with: Vec<usize>,
     /// Longest time that a shot has had the laser on, seconds.
-    pub(super) longest_on: f64,
-    pub(super) start: f64,
+    longest_on: f64,
+    start: f64,
     /// One for each fixed camera whose target is not met yet; `None`: it is. Empty without a target.
-    pub(super) watches: Vec<Option<AccuracyWatch>>,
+    watches: Vec<Option<AccuracyWatch>>,
 }
 
 impl Scanner<'_> {

@@ -3,10 +3,10 @@
 
 use std::ops::ControlFlow;
 
-use super::acquire::{Exposures, FixedCamera};
-use super::gate::{Gate, head_band};
+use super::acquire::FixedCamera;
+use super::gate::head_band;
 use super::region::ScanRegion;
-use super::scan::{Halt, MAX_FIXED_CAMERAS, ScanOptions, Scanner};
+use super::scan::{ScanOptions, Scanner, check_fixed, guarded, nothing_yet};
 use super::shot::{Scan, ScanEnd, Shot};
 use super::{Rig, check_reach};
 use crate::error::{Error, Result};
@@ -56,51 +56,10 @@ pub(super) fn fire(
     progress: &mut dyn FnMut(&ShotProgress<'_>) -> ControlFlow<()>,
 ) -> Result<Scan> {
     options.validate()?;
-    if fixed.len() > MAX_FIXED_CAMERAS {
-        return Err(Error::invalid("fixed cameras", format!("{}, at most {MAX_FIXED_CAMERAS}", fixed.len())));
-    }
-    fixed.iter().try_for_each(FixedCamera::validate)?;
+    check_fixed(fixed)?;
     let head_band = head_band(&rig.model, &options.gate)?;
-    let scan = Scan {
-        region: here(0.0, 0.0),
-        model: rig.model,
-        fixed_sizes: fixed.iter().map(|c| (c.width, c.height)).collect(),
-        shots: Vec::new(),
-        end: ScanEnd::Complete,
-        resumed: 0,
-        repair: None,
-        search_calibrations: vec![None; fixed.len()],
-    };
-    let gates = fixed.iter().map(|c| c.known.map_or(Gate::Unknown, Gate::Known)).collect();
-    let exposures = Exposures::new(1 + fixed.len(), options.frames_per_state as usize);
-    let (start, tried_with) = (rig.clock.now(), vec![0; fixed.len()]);
-    let halt = Halt(rig);
-    let mut scanner = Scanner {
-        rig: &mut *halt.0,
-        fixed,
-        options,
-        head_band,
-        gates,
-        exposures,
-        journal: None,
-        recorder: None,
-        scan,
-        tried_with,
-        longest_on: 0.0,
-        start,
-        watches: Vec::new(),
-    };
-    let end = match run(&mut scanner, total, next, progress) {
-        Ok(ControlFlow::Continue(())) => ScanEnd::Complete,
-        Ok(ControlFlow::Break(())) => ScanEnd::Stopped,
-        Err(Error::Cancelled) => ScanEnd::Cancelled,
-        Err(error) => ScanEnd::Failed(error),
-    };
-    let mut scan = scanner.scan;
-    let control = halt.0.laser();
-    drop(halt);
-    // A laser that may be on is worse than whatever else happened.
-    scan.end = control.fault().map_or(end, ScanEnd::Failed);
+    let scan = nothing_yet(here(0.0, 0.0), &rig.model, fixed);
+    let mut scan = guarded(rig, fixed, options, head_band, scan, |scanner| run(scanner, total, next, progress));
     scan.region = around(&scan.shots);
     Ok(scan)
 }
@@ -110,15 +69,15 @@ fn run(
     total: usize,
     next: &mut Next<'_>,
     progress: &mut dyn FnMut(&ShotProgress<'_>) -> ControlFlow<()>,
-) -> Result<ControlFlow<()>> {
+) -> Result<ScanEnd> {
     loop {
         let shots = &scanner.scan.shots;
         let report = ShotProgress { done: shots.len(), total, shot: shots.last() };
         if progress(&report).is_break() {
-            return Ok(ControlFlow::Break(()));
+            return Ok(ScanEnd::Stopped);
         }
         let Some((pan, tilt)) = next(shots).filter(|_| shots.len() < total) else {
-            return Ok(ControlFlow::Continue(()));
+            return Ok(ScanEnd::Complete);
         };
         let index = shots.len() as u32;
         scanner.scan.region = here(pan, tilt);

@@ -8,7 +8,7 @@ use ptzcal::geometry::rigid::exp;
 use ptzcal::geometry::{Camera, RigModel, Rigid};
 use ptzcal::health::{HealthOptions, HealthReport, HealthShot, Spot, Verdict, check_health};
 
-use super::thesis::{BOXES, Noise, ROOM, Shot, far, laser_set, near, rig, world};
+use super::thesis::{Noise, Shot, depth, far, laser_set, near, rig, world};
 
 const SIGMA: f64 = 0.15;
 const REST: f64 = 1e-4;
@@ -47,23 +47,6 @@ impl Tally {
     }
 }
 
-fn cast(o: &Vector3<f64>, d: &Vector3<f64>) -> f64 {
-    let slab = |b: &[[f64; 3]; 2]| {
-        let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
-        for i in 0..3 {
-            let (a, c) = ((b[0][i] - o[i]) / d[i], (b[1][i] - o[i]) / d[i]);
-            enter = enter.max(a.min(c));
-            leave = leave.min(a.max(c));
-        }
-        (enter, leave)
-    };
-    BOXES
-        .iter()
-        .map(slab)
-        .filter(|(enter, leave)| enter < leave && *enter > 0.0)
-        .fold(slab(&ROOM).1, |z, (enter, _)| z.min(enter))
-}
-
 /// A direction at random.
 fn direction(noise: &mut Noise) -> Vector3<f64> {
     Vector3::new(noise.gaussian(), noise.gaussian(), noise.gaussian()).normalize()
@@ -82,7 +65,7 @@ fn fire(world: &World, pan: f64, tilt: f64, noise: &mut Noise) -> (Option<Spot>,
     let (pan, tilt) = (pan + REST * noise.gaussian(), tilt + REST * noise.gaussian());
     let (o, d) = world.rig.laser_in_world(pan, tilt);
     let (o, d) = (world.station.apply(&o), world.station.rotation * d);
-    let depth = cast(&o, &d) - world.obstacle;
+    let depth = depth(&o, &d) - world.obstacle;
     let covariance = Matrix2::identity() * (SIGMA * SIGMA);
     let head = world.rig.spot_pixel(1.0 / depth).map(|p| Spot { pixel: p + noise.pixel(SIGMA), covariance });
     let seen = world.camera.project(&(o + d * depth)).filter(|p| world.camera.contains(p));

@@ -10,7 +10,7 @@ use ptzcal::geometry::{Camera, Distortion, Intrinsics, Plane, RIG_PARAMETERS, Ri
 use ptzcal::pointing::{AimOptions, Click, CloudSurface, Depth, MeasuredBy, PointNoise, Pointer, UncertainPlane};
 use ptzcal::pose::plane_fit::{PlaneFitOptions, fit_plane_to_shots};
 
-use super::thesis::{BOXES, Noise, ROOM, SharedShot, choose, grid};
+use super::thesis::{Noise, ROOM, SharedShot, choose, depth, grid};
 
 /// Standard deviations: of spots and clicks, px; of the head's coming to rest, radians.
 const SPOT: f64 = 0.3;
@@ -128,7 +128,7 @@ impl Setup {
         };
         let all = grid(&rig, &Rigid::identity(), &[camera]);
         // What boxes hide from the camera is not seen.
-        let visible = |s: &SharedShot| s.fixed[0].is_some() && (cast(&centre, &(s.point - centre)) - 1.0).abs() < 1e-6;
+        let visible = |s: &SharedShot| s.fixed[0].is_some() && (depth(&centre, &(s.point - centre)) - 1.0).abs() < 1e-6;
         let mut seen: Vec<SharedShot> = all.iter().filter(|s| visible(s)).cloned().collect();
         if seen.len() < 300 {
             return None;
@@ -281,7 +281,7 @@ impl Setup {
                 let pan = (-29.0 + 54.0 * column / f64::from(columns)).to_radians();
                 let tilt = (-21.0 + 40.0 * row / f64::from(rows)).to_radians();
                 let (o, d) = self.rig.laser_in_world(pan, tilt);
-                let spot = self.rig.spot_pixel(1.0 / cast(&o, &d))? + noise.pixel(SPOT);
+                let spot = self.rig.spot_pixel(1.0 / depth(&o, &d))? + noise.pixel(SPOT);
                 let point = self.adjusted.rig.measure(pan, tilt, &spot, &covariance).ok()?.point;
                 Some((point.point()?, point.point_covariance()?))
             })
@@ -297,7 +297,7 @@ impl Setup {
         for _ in 0..clicks {
             let pixel = Self::random_pixel(&mut noise);
             let ray = self.camera.back_project(&pixel).expect("a ray");
-            let target = ray.at(cast(&ray.origin, &ray.direction));
+            let target = ray.at(depth(&ray.origin, &ray.direction));
             // What the rig saw nothing of is not in the cloud: no shot as near as its grid is wide there.
             let spacing = 0.75f64.to_radians() * target.norm();
             if self.grid.iter().all(|s| (s.point - target).norm() > spacing) {
@@ -371,22 +371,4 @@ fn surveyed(truth: &Plane, noise: &mut Noise) -> Option<UncertainPlane> {
     by[(3, 2)] = shift;
     let covariance: Matrix4<f64> = by * by.transpose();
     Some(UncertainPlane { plane, covariance, measured_by: MeasuredBy::Others })
-}
-
-/// Distance to the first surface of the room, in lengths of `d`.
-pub fn cast(o: &Vector3<f64>, d: &Vector3<f64>) -> f64 {
-    let slab = |b: &[[f64; 3]; 2]| {
-        let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
-        for i in 0..3 {
-            let (a, c) = ((b[0][i] - o[i]) / d[i], (b[1][i] - o[i]) / d[i]);
-            enter = enter.max(a.min(c));
-            leave = leave.min(a.max(c));
-        }
-        (enter, leave)
-    };
-    BOXES
-        .iter()
-        .map(slab)
-        .filter(|(enter, leave)| enter < leave && *enter > 0.0)
-        .fold(slab(&ROOM).1, |z, (enter, _)| z.min(enter))
 }

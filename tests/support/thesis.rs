@@ -80,8 +80,8 @@ pub const BOXES: [[[f64; 3]; 2]; 5] = [
     [[0.1, -0.9, 2.9], [0.9, -0.1, 3.5]],
 ];
 
-/// Depth of the first surface that the laser meets.
-fn depth(o: &Vector3<f64>, d: &Vector3<f64>) -> f64 {
+/// Distance to the first surface of the room, in lengths of `d`: the depth of what the laser meets.
+pub fn depth(o: &Vector3<f64>, d: &Vector3<f64>) -> f64 {
     let slab = |b: &[[f64; 3]; 2]| {
         let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
         for i in 0..3 {
