@@ -7,6 +7,7 @@
 mod abi_diff;
 #[path = "../support/data.rs"]
 mod data;
+mod cpp;
 mod declarations;
 mod examples;
 mod exports;
