@@ -5,9 +5,9 @@
 //! that forgot one of them fails and says so.
 
 mod abi_diff;
+mod cpp;
 #[path = "../support/data.rs"]
 mod data;
-mod cpp;
 mod declarations;
 mod examples;
 mod exports;

@@ -91,7 +91,9 @@ fn class(c: &str, closes: bool, calls: &[Call]) -> String {
     let name = short(c);
     let holder = if HOLDERS.contains(&c) { "public detail::holder, " } else { "" };
     let (before, free) = if closes {
-        let close = format!("\nnamespace detail {{\ninline void {name}_close({c} *open) noexcept {{ {c}_close(open, nullptr); }}\n}}\n");
+        let close = format!(
+            "\nnamespace detail {{\ninline void {name}_close({c} *open) noexcept {{ {c}_close(open, nullptr); }}\n}}\n"
+        );
         (close, format!("detail::{name}_close"))
     } else {
         (String::new(), format!("{c}_free"))
@@ -103,7 +105,8 @@ fn class(c: &str, closes: bool, calls: &[Call]) -> String {
         Some(new) => {
             let one = if bodies::inputs(new).len() == 1 { "explicit " } else { "" };
             let names: Vec<&str> = bodies::inputs(new).iter().map(|a| a.c.name.as_str()).collect();
-            let signature = format!("  {one}{name}({}) : {name}(make({})) {{}}", parameters(new, true), names.join(", "));
+            let signature =
+                format!("  {one}{name}({}) : {name}(make({})) {{}}", parameters(new, true), names.join(", "));
             format!("  {name}() noexcept = default;\n#ifndef PTZCAL_NO_EXCEPTIONS\n{}#endif\n", wrap(&signature))
         }
         None => format!("  {name}() noexcept = default;\n"),
@@ -113,7 +116,8 @@ fn class(c: &str, closes: bool, calls: &[Call]) -> String {
     } else {
         ""
     };
-    let by_hand = HAND.iter().filter(|(f, _)| f.starts_with(&format!("{c}_set_")) || f.starts_with(&format!("{c}_add_")));
+    let by_hand =
+        HAND.iter().filter(|(f, _)| f.starts_with(&format!("{c}_set_")) || f.starts_with(&format!("{c}_add_")));
     let by_hand: String = by_hand.map(|(f, line)| format!("\n  // {f}\n{}", wrap(&format!("  {line}")))).collect();
     let methods = methods(c, calls);
     format!(
@@ -211,7 +215,11 @@ fn parameter(a: &Argument) -> String {
         Role::Text => format!("ptzcal::c_string {name}"),
         Role::Object { options } => {
             let object = if a.is_struct { a.object().to_owned() } else { format!("ptzcal::{}", short(a.object())) };
-            if a.c.may_be_null && !options { format!("ptzcal::optional_ref<{object}> {name}") } else { format!("const {object} &{name}") }
+            if a.c.may_be_null && !options {
+                format!("ptzcal::optional_ref<{object}> {name}")
+            } else {
+                format!("const {object} &{name}")
+            }
         }
         Role::Images => format!("ptzcal::view<const ptzcal::image> {name}"),
         Role::Array { element, .. } | Role::Pixels { element } => format!("ptzcal::view<const {element}> {name}"),

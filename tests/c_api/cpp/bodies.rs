@@ -125,7 +125,9 @@ fn rows(call: &Call, length: &Length) -> String {
 fn local(a: &Argument) -> String {
     let name = &a.c.name;
     match &a.role {
-        Role::OutScalar(_) => format!("  {} {name}_ = 0;\n", super::functions::cpp_number(super::functions::base(&a.c.kind))),
+        Role::OutScalar(_) => {
+            format!("  {} {name}_ = 0;\n", super::functions::cpp_number(super::functions::base(&a.c.kind)))
+        }
         Role::OutHandle => format!("  {} *{name}_ = nullptr;\n", a.object()),
         Role::OutArray { length, .. } if length.of.is_empty() => format!("  {} {name}_{{}};\n", output_type(a)),
         Role::OutArray { element, length } => {
@@ -168,7 +170,8 @@ fn finish(call: &Call) -> String {
     if values.is_empty() {
         return "  return call_.finish(code_);\n".to_owned();
     }
-    let opened_with = call.arguments.iter().find(|a| matches!(a.role, Role::Object { .. }) && HOLDERS.contains(&a.object()));
+    let opened_with =
+        call.arguments.iter().find(|a| matches!(a.role, Role::Object { .. }) && HOLDERS.contains(&a.object()));
     match (opened_with, HOLDERS.contains(&call.owner.as_str()) && call.kind == Kind::Static) {
         (Some(options), true) => format!(
             "  {} opened_({}_);\n  opened_.share({});\n  return call_.finish(code_, std::move(opened_));\n",

@@ -70,5 +70,9 @@ pub fn enums(header: &str) -> Vec<(String, String, Vec<String>)> {
 /// Names of the constants that are no enum's; that of the ABI has the name of a function.
 fn numbers(header: &str) -> Vec<&str> {
     let defines = header.lines().filter_map(|l| l.strip_prefix("#define PTZCAL_").map(|_| &l["#define ".len()..]));
-    defines.filter_map(|l| l.split_once(' ')).filter(|(name, v)| v.parse::<u32>().is_ok() && *name != "PTZCAL_ABI_VERSION").map(|(name, _)| name).collect()
+    defines
+        .filter_map(|l| l.split_once(' '))
+        .filter(|(name, v)| v.parse::<u32>().is_ok() && *name != "PTZCAL_ABI_VERSION")
+        .map(|(name, _)| name)
+        .collect()
 }

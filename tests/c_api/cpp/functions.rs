@@ -120,7 +120,10 @@ impl Argument<'_> {
 }
 
 pub fn base(kind: &str) -> &str {
-    kind.trim_start_matches("const ").trim_end_matches(['*', ' ']).trim_end_matches("const").trim_end_matches(['*', ' '])
+    kind.trim_start_matches("const ")
+        .trim_end_matches(['*', ' '])
+        .trim_end_matches("const")
+        .trim_end_matches(['*', ' '])
 }
 
 /// Functions that have a body of this form: not `_init`, `_free`, `_close`, errors and what is in `HAND`.

@@ -10,6 +10,7 @@ mod bodies;
 mod constants;
 mod functions;
 mod lengths;
+mod programs;
 
 use std::fs;
 use std::path::PathBuf;
