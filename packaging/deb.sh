@@ -1,7 +1,7 @@
 #!/bin/sh
 # Debian packages of an installed tree: libptzcal<ABI>, which programs need, and libptzcal-dev, which
-# builds them. Two, so that a machine that runs programs holds no headers, and libraries of two ABI
-# numbers can be there together.
+# builds them. Two, so that a machine that only runs programs holds no headers and no archive. The laser
+# guard comes with the library that starts it.
 #
 #     deb.sh TREE LIBDIR ABI VERSION OUTPUT     (TREE: an installation with DESTDIR=TREE, PREFIX=/usr)
 set -eu
