@@ -8,8 +8,8 @@ use nalgebra::{DMatrix, Vector2, Vector3};
 use ptzcal::error::{Error, Result, Status};
 use ptzcal::format::cameras::opencv;
 use ptzcal::format::{
-    CalibrationRecord, CameraRecord, OpenCvCamera, model_json, ply, read_camera, read_opencv,
-    read_ply, write_atomically, write_camera, write_opencv_yaml, write_ply,
+    CalibrationRecord, CameraRecord, OpenCvCamera, model_json, ply, read_camera, read_opencv, read_ply,
+    write_atomically, write_camera, write_opencv_yaml, write_ply,
 };
 use ptzcal::geometry::rigid::exp;
 use ptzcal::geometry::{Camera, CloudNoise, Distortion, Intrinsics, PointCloud, Rigid};

@@ -165,8 +165,10 @@ pub fn from_csv<'a>(text: &'a str, name: &'a str) -> Result<Vec<ObservationRecor
         return Err(format_error(name, format!("line {}: the file ends before the line does", text.lines().count())));
     }
     let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
-    let cells = |(i, line): (usize, &'a str)| Row { file: name, line: i + 1, cells: line.split(',').map(str::trim).collect() };
-    let header = lines.next().map(cells).ok_or_else(|| format_error(name, "line 1: no line with the columns' names"))?;
+    let cells =
+        |(i, line): (usize, &'a str)| Row { file: name, line: i + 1, cells: line.split(',').map(str::trim).collect() };
+    let header =
+        lines.next().map(cells).ok_or_else(|| format_error(name, "line 1: no line with the columns' names"))?;
     let header = header.header()?;
     lines.map(|line| cells(line).point(&header)).collect()
 }
@@ -190,7 +192,9 @@ pub fn to_csv(observations: &[ObservationRecord]) -> Result<String> {
     columns.extend(PIXEL_COVARIANCE.iter().filter(|_| has_pixel));
     let mut text = columns.join(",") + "\n";
     for observation in observations {
-        let ObservationRecord::Point { world, world_covariance, pixel, pixel_covariance } = observation else { continue };
+        let ObservationRecord::Point { world, world_covariance, pixel, pixel_covariance } = observation else {
+            continue;
+        };
         let mut cells: Vec<String> = world.iter().chain(pixel).map(|v| format!("{v:?}")).collect();
         let mut add = |values: Option<Vec<f64>>, count: usize| match values {
             Some(values) => cells.extend(values.iter().map(|v| format!("{v:?}"))),

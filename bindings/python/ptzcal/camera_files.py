@@ -14,7 +14,7 @@ from .camera import Camera
 
 
 class CameraFormat(enum.IntEnum):
-    """File formats of cameras. AUTO: a file's content tells when reading, its ending when writing."""
+    """File formats of cameras. AUTO: the content tells when reading, the ending when writing."""
 
     AUTO = 0
     JSON = 1  #: our own, to the last bit
@@ -53,8 +53,8 @@ def read_cameras(
 ) -> List[NamedCamera]:
     """Reads all cameras of a file, or of COLMAP's folder.
 
-    Raises Error FILE_IO, FILE_FORMAT (the message names line and key), FILE_VERSION, or UNSUPPORTED for a
-    lens that is not here.
+    Raises Error FILE_IO, FILE_FORMAT (the message names line and key), FILE_VERSION, or UNSUPPORTED
+    for a lens that is not here.
     """
     cameras = _List(lib.ptzcal_camera_list_read, _native.path(path), _format(format))
     count = c_size_t()

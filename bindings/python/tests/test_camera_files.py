@@ -58,7 +58,8 @@ class CameraFiles(TestCase):
         self.refused(Status.UNSUPPORTED, ptzcal.write_cameras, self.folder / "c.xml", camera())
         path = self.folder / "c.yaml"
         path.write_text("image_width: 640\nimage_height: tall\ncamera_matrix: 1\n")
-        self.assertIn("line 2: image_height", self.refused(Status.FILE_FORMAT, ptzcal.read_camera, path))
+        message = self.refused(Status.FILE_FORMAT, ptzcal.read_camera, path)
+        self.assertIn("line 2: image_height", message)
         self.refused(Status.FILE_IO, ptzcal.read_camera, self.folder / "none")
         with self.assertRaises(ValueError):
             ptzcal.read_camera(path, "spherical")

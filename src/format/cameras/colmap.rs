@@ -50,7 +50,9 @@ pub(super) fn read(path: &Path) -> Result<Vec<NamedCamera>> {
     };
     let used: BTreeSet<u32> = found.iter().map(|(id, _)| *id).collect();
     let unused = lenses.iter().filter(|(id, _)| !used.contains(id));
-    found.extend(unused.map(|(id, camera)| (*id, NamedCamera { name: String::new(), camera: *camera, has_pose: false })));
+    found.extend(
+        unused.map(|(id, camera)| (*id, NamedCamera { name: String::new(), camera: *camera, has_pose: false })),
+    );
     match found.len() {
         0 => Err(format_error(&cameras.0, "no cameras")),
         _ => Ok(found.into_iter().map(|(_, camera)| camera).collect()),
@@ -134,7 +136,8 @@ fn lens(model: &str, p: &[f64], line: &Line<'_>) -> Result<(Intrinsics, Distorti
             (apart(fx, fy, cx, cy), BrownConrady([k1, k2, p1, p2, k3]))
         }
         ("FULL_OPENCV", p) if p.len() == 12 => {
-            let what = format!("{}: line {}: FULL_OPENCV with k4 k5 k6: only k1 k2 p1 p2 k3 are here", line.file, line.number);
+            let what =
+                format!("{}: line {}: FULL_OPENCV with k4 k5 k6: only k1 k2 p1 p2 k3 are here", line.file, line.number);
             return Err(Error::Unsupported { what });
         }
         ("SIMPLE_DIVISION", &[f, cx, cy, k]) => (equal(f, cx, cy), Division(k)),
@@ -189,7 +192,10 @@ fn parse_images(text: &str, file: &str, lenses: &BTreeMap<u32, Camera>) -> Resul
             return Err(line.wrong("NAME is missing"));
         }
         let [w, x, y, z, translation @ ..] = pose;
-        let camera = Camera { pose: Rigid { rotation: rotation([w, x, y, z], &line)?, translation: translation.into() }, ..*lens };
+        let camera = Camera {
+            pose: Rigid { rotation: rotation([w, x, y, z], &line)?, translation: translation.into() },
+            ..*lens
+        };
         camera.validate().map_err(|e| line.wrong(e))?;
         if images.len() == MAX_CAMERAS {
             return Err(line.wrong(format!("over {MAX_CAMERAS} images")));

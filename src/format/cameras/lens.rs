@@ -30,5 +30,6 @@ pub(super) fn on_plane(coefficients: &[f64], place: &Place<'_>) -> Result<Distor
 /// k1 k2 k3 k4 of the angle.
 pub(super) fn fisheye(coefficients: &[f64], place: &Place<'_>) -> Result<Distortion> {
     let four: std::result::Result<[f64; 4], _> = coefficients.try_into();
-    four.map(Distortion::Fisheye).map_err(|_| place.wrong(format!("{} numbers of a fisheye lens, not 4", coefficients.len())))
+    four.map(Distortion::Fisheye)
+        .map_err(|_| place.wrong(format!("{} numbers of a fisheye lens, not 4", coefficients.len())))
 }

@@ -28,7 +28,8 @@ pub(super) fn read(text: &str, name: &str) -> Result<Vec<NamedCamera>> {
     };
     let place = root.need("intrinsics")?;
     let values = place.reals()?;
-    let (&[fx, fy, cx, cy], coefficients) = values.split_first_chunk().ok_or_else(|| place.wrong("fewer than 4 numbers"))?;
+    let (&[fx, fy, cx, cy], coefficients) =
+        values.split_first_chunk().ok_or_else(|| place.wrong("fewer than 4 numbers"))?;
     if coefficients.len() != count {
         return Err(place.wrong(format!("{} numbers of a lens that has {count}", coefficients.len())));
     }

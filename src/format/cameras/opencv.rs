@@ -186,7 +186,10 @@ pub(super) fn write(file: &NamedCamera, rms: Option<f64>, dialect: Dialect) -> R
     entries.push(("camera_matrix", Entry::Matrix(3, 3, k.as_slice())));
     Ok(match dialect {
         Dialect::Yaml => "%YAML:1.0\n---\n".to_owned() + &lines(&entries, "\n", yaml_entry) + "\n",
-        Dialect::Xml => format!("<?xml version=\"1.0\"?>\n<opencv_storage>\n{}\n</opencv_storage>\n", lines(&entries, "\n", xml_entry)),
+        Dialect::Xml => format!(
+            "<?xml version=\"1.0\"?>\n<opencv_storage>\n{}\n</opencv_storage>\n",
+            lines(&entries, "\n", xml_entry)
+        ),
         Dialect::Json => format!("{{\n{}\n}}\n", lines(&entries, ",\n", json_entry)),
     })
 }

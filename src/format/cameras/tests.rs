@@ -61,7 +61,10 @@ fn what_is_written_is_read_or_refused() {
                 assert_eq!(told, format);
                 assert_eq!(found.has_pose, format != CameraFormat::Ros);
                 match format {
-                    CameraFormat::Json | CameraFormat::OpenCvYaml | CameraFormat::OpenCvXml | CameraFormat::OpenCvJson => {
+                    CameraFormat::Json
+                    | CameraFormat::OpenCvYaml
+                    | CameraFormat::OpenCvXml
+                    | CameraFormat::OpenCvJson => {
                         assert_eq!(found, wanted)
                     }
                     // Half a pixel to and fro, and turns as quaternions.
@@ -186,7 +189,12 @@ fn what_a_file_cannot_hold_is_refused_before_it_is_touched() {
         let path = folder.path().join("refused").with_extension(ending);
         assert_eq!(write_cameras(&path, &named(NONE), None).unwrap_err().status(), Status::InvalidArgument);
     }
-    for (ending, wanted) in [("json", Json), ("YML", CameraFormat::OpenCvYaml), ("xml", CameraFormat::OpenCvXml), ("cameramodel", CameraFormat::Mrcal)] {
+    for (ending, wanted) in [
+        ("json", Json),
+        ("YML", CameraFormat::OpenCvYaml),
+        ("xml", CameraFormat::OpenCvXml),
+        ("cameramodel", CameraFormat::Mrcal),
+    ] {
         let path = folder.path().join("camera").with_extension(ending);
         write_cameras(&path, &named(FIVE), None).unwrap();
         assert_eq!(read_cameras(&path, None).unwrap().0, wanted);
@@ -266,13 +274,31 @@ fn faults_name_the_line_and_the_key() {
         (OpenCvJson, "\"camera_matrix\": {", "\"camera_matrix\": [", FileFormat, "line 2"),
         (OpenCvJson, "\"camera_matrix\"", "\"Camera\"", FileFormat, "camera_matrix is missing"),
         (OpenCvJson, "\"image_width\"", "\"image_height\"", FileFormat, "twice"),
-        (Mrcal, "LENSMODEL_OPENCV5", "LENSMODEL_CAHVOR", Unsupported, "line 2: lensmodel: the lens model 'LENSMODEL_CAHVOR'"),
-        (Mrcal, "LENSMODEL_OPENCV5", "LENSMODEL_OPENCV8", FileFormat, "line 5: intrinsics: 5 numbers of a lens that has 8"),
+        (
+            Mrcal,
+            "LENSMODEL_OPENCV5",
+            "LENSMODEL_CAHVOR",
+            Unsupported,
+            "line 2: lensmodel: the lens model 'LENSMODEL_CAHVOR'",
+        ),
+        (
+            Mrcal,
+            "LENSMODEL_OPENCV5",
+            "LENSMODEL_OPENCV8",
+            FileFormat,
+            "line 5: intrinsics: 5 numbers of a lens that has 8",
+        ),
         (Mrcal, "'imagersize': [ 800, 600 ]", "'imagersize': [ 800 ]", FileFormat, "imagersize: not two"),
         (Mrcal, "'imagersize': [ 800, 600 ]", "'imagersize': 800", FileFormat, "imagersize: not a list"),
         (Mrcal, "'extrinsics': [ ", "'extrinsics': [ 1, ", FileFormat, "extrinsics: 7 numbers, not 6"),
         (Mrcal, "'extrinsics': [ ", "'extrinsics': [ 1", FileFormat, "not what rt_cam_ref is"),
-        (Kalibr, "camera_model: pinhole", "camera_model: omni", Unsupported, "line 2: cam0.camera_model: the camera model 'omni'"),
+        (
+            Kalibr,
+            "camera_model: pinhole",
+            "camera_model: omni",
+            Unsupported,
+            "line 2: cam0.camera_model: the camera model 'omni'",
+        ),
         (Kalibr, "radtan", "fov", Unsupported, "distortion model 'fov'"),
         (Kalibr, "radtan", "none", FileFormat, "coefficients of no distortion"),
         (Kalibr, "cam1:", "cam7:", FileFormat, "cam1 is missing"),
@@ -361,7 +387,10 @@ fn files_of_others_are_read() {
         rostopic: /cam1/image_raw\n";
     let found = from_text(kalibr, guess(kalibr, "file").unwrap(), "file").unwrap();
     assert_eq!((found.len(), found[1].name.as_str()), (2, "/cam1/image_raw"));
-    assert_eq!((found[1].camera.centre().x, found[1].camera.distortion), (0.11, Distortion::Fisheye([0.1, 0.0, 0.0, 0.0])));
+    assert_eq!(
+        (found[1].camera.centre().x, found[1].camera.distortion),
+        (0.11, Distortion::Fisheye([0.1, 0.0, 0.0, 0.0]))
+    );
 
     // As mrcal writes it, its inputs and all.
     let mrcal = "{\n    'lensmodel':  'LENSMODEL_OPENCV4',\n\n    # intrinsics are fx,fy,cx,cy,distortion0,....\n    \
@@ -416,7 +445,10 @@ fn fuzz_camera_files() {
                     if format != CameraFormat::Json {
                         // What was read can be written, but for what only the text can say.
                         let again = to_text(&cameras, format);
-                        assert!(again.is_ok() || matches!(again, Err(Error::Unsupported { .. } | Error::Camera { .. })), "{again:?}");
+                        assert!(
+                            again.is_ok() || matches!(again, Err(Error::Unsupported { .. } | Error::Camera { .. })),
+                            "{again:?}"
+                        );
                     }
                 }
                 Err(e) => {
@@ -426,7 +458,8 @@ fn fuzz_camera_files() {
                 }
             }
         }
-        let both = [&lenses, &images].map(|t| String::from_utf8_lossy(&mutated(t.as_bytes(), &mut random)).into_owned());
+        let both =
+            [&lenses, &images].map(|t| String::from_utf8_lossy(&mutated(t.as_bytes(), &mut random)).into_owned());
         for [lenses, images] in [[&both[0], &images], [&lenses, &both[1]]] {
             if let Ok(cameras) = colmap::from_text(lenses, images) {
                 valid(&cameras);

@@ -186,7 +186,11 @@ impl<'a> Cursor<'a> {
         let broken = self.style != Style::Yaml && word.contains([' ', '\t']);
         if word.is_empty() || broken {
             let found = rest.chars().next().map_or("the file's end".into(), |c| format!("'{}'", shown(&c.to_string())));
-            return Err(self.fault(if broken { format!("'{}' is no value", shown(word)) } else { format!("{found} where a value belongs") }));
+            return Err(self.fault(if broken {
+                format!("'{}' is no value", shown(word))
+            } else {
+                format!("{found} where a value belongs")
+            }));
         }
         self.at += word.len();
         Ok(word)

@@ -157,7 +157,8 @@ impl<'a> Place<'a> {
     /// The numbers of a list, or of a text that white space parts.
     pub fn reals(&self) -> Result<Vec<f64>> {
         if let Value::Text(text) = &self.node.value {
-            let number = |word| real(word).ok_or_else(|| self.wrong(format!("'{}' is not a finite number", shown(word))));
+            let number =
+                |word| real(word).ok_or_else(|| self.wrong(format!("'{}' is not a finite number", shown(word))));
             return text.split_whitespace().map(number).collect();
         }
         self.items()?.iter().map(Self::real).collect()

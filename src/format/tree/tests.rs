@@ -30,7 +30,16 @@ fn yaml_is_read_as_others_read_it() {
             ("plain", text(5, "a b:c")),
             ("quoted", text(6, "it's")),
             ("empty", text(7, "")),
-            ("matrix", map(8, vec![("rows", text(9, "1")), ("data", list(10, vec![text(10, "1."), text(10, "-2e+00"), text(11, "3")]))])),
+            (
+                "matrix",
+                map(
+                    8,
+                    vec![
+                        ("rows", text(9, "1")),
+                        ("data", list(10, vec![text(10, "1."), text(10, "-2e+00"), text(11, "3")])),
+                    ],
+                ),
+            ),
             ("flow", map(12, vec![("a", list(12, vec![text(12, "1"), text(12, "2")])), ("b", text(12, "x y"))])),
             (
                 "list",
@@ -97,10 +106,14 @@ fn json_and_python_differ_where_they_should() {
     let own = "# a model\n{ 'a': (1, 2,), # two\n  'b': b'x''y'\n  \"z\", }\n";
     let wanted = map(2, vec![("a", list(2, vec![text(2, "1"), text(2, "2")])), ("b", text(3, "xyz"))]);
     assert_eq!(python(own).unwrap(), wanted);
-    for source in [own, "{'a': 1}", "{\"a\": [1,]}", "{\"a\": 1,}", "{\"a\": (1)}", "{a: 1}", "{\"a\": 1 2}", "{\"a\": \"\\q\"}"] {
+    for source in
+        [own, "{'a': 1}", "{\"a\": [1,]}", "{\"a\": 1,}", "{\"a\": (1)}", "{a: 1}", "{\"a\": 1 2}", "{\"a\": \"\\q\"}"]
+    {
         assert!(json(source).is_err(), "{source}");
     }
-    for source in ["{'a': array([1])}", "{'a': 1 + 2}", "{'a': [1}", "{'a': 1", "{'a': 1} {", "{'a': 1, 'a': 2}", "{'a': '\n'}"] {
+    for source in
+        ["{'a': array([1])}", "{'a': 1 + 2}", "{'a': [1}", "{'a': 1", "{'a': 1} {", "{'a': 1, 'a': 2}", "{'a': '\n'}"]
+    {
         assert!(python(source).is_err(), "{source}");
     }
 }

@@ -244,7 +244,8 @@ impl<'a> Yaml<'a> {
             }
             _ => {
                 self.cursor.budget.take(line, depth)?;
-                let text = if self.cursor.quote().is_some() { self.cursor.quoted()? } else { Cow::Borrowed(self.plain()) };
+                let text =
+                    if self.cursor.quote().is_some() { self.cursor.quoted()? } else { Cow::Borrowed(self.plain()) };
                 Node { line, value: Value::Text(text) }
             }
         };
@@ -263,9 +264,9 @@ impl<'a> Yaml<'a> {
 
 /// The line up to the first colon that ends a key.
 fn plain_key(line: &str) -> Option<&str> {
-    let found = line.match_indices([':', '#']).find(|(i, mark)| {
-        if *mark == "#" { line[..*i].ends_with(' ') } else { is_colon(&line[*i..]) }
-    });
+    let found = line
+        .match_indices([':', '#'])
+        .find(|(i, mark)| if *mark == "#" { line[..*i].ends_with(' ') } else { is_colon(&line[*i..]) });
     found.filter(|(i, mark)| *mark == ":" && *i > 0).map(|(i, _)| &line[..i])
 }
 
