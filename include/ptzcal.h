@@ -2551,7 +2551,8 @@ typedef struct ptzcal_calibration_summary {
 
 /**
  * Calibrates a camera from 2D-3D measurements. The set is in use until the call returns: other
- * threads may read it, but adding to it is PTZCAL_STATUS_BUSY.
+ * threads may read it, but adding to it is PTZCAL_STATUS_BUSY. The calibration keeps a copy of both,
+ * which ptzcal_calibration_save writes.
  *
  * @param set     The measurements.
  * @param options The options; may be NULL: the defaults.
@@ -10992,15 +10993,226 @@ ptzcal_status ptzcal_sweep_copy_curve(const ptzcal_sweep *sweep,
                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+ * Cameras in files of other programs
+ *
+ * One entry for all formats: ptzcal_camera_read and ptzcal_camera_write for one camera, a list with names
+ * for the formats that hold several. A file is read whole or refused, with its line and key in the
+ * message; what a format cannot hold (skew, the division model, k3 in Kalibr's) is refused with
+ * PTZCAL_STATUS_UNSUPPORTED, never rounded to what it can.
+ * ============================================================================================= */
+
+/**
+ * File formats of cameras. The lens is told by its own keys in each; all numbers are pixels, metres
+ * and radians, as everywhere, whatever the format's own origin of pixels is.
+ */
+enum {
+  /**
+   * Reading: the file's content tells. Writing: the ending does: .json our own, .yaml and .yml OpenCV's,
+   * .xml OpenCV's, .cameramodel mrcal's.
+   */
+  PTZCAL_CAMERA_FORMAT_AUTO = 0,
+  /** Our own, to the last bit. One camera. */
+  PTZCAL_CAMERA_FORMAT_JSON = 1,
+  /**
+   * OpenCV's FileStorage, with the keys of its calibration sample and the pose in two keys of our
+   * own. One camera.
+   */
+  PTZCAL_CAMERA_FORMAT_OPENCV_YAML = 2,
+  /** The same as XML. */
+  PTZCAL_CAMERA_FORMAT_OPENCV_XML = 3,
+  /** The same as JSON. */
+  PTZCAL_CAMERA_FORMAT_OPENCV_JSON = 4,
+  /** ROS's camera_info: lens and name of one camera. It has no pose. */
+  PTZCAL_CAMERA_FORMAT_ROS = 5,
+  /** The folder of a COLMAP model as text. Any number of cameras, an image each. */
+  PTZCAL_CAMERA_FORMAT_COLMAP = 6,
+  /** mrcal's .cameramodel. One camera. */
+  PTZCAL_CAMERA_FORMAT_MRCAL = 7,
+  /** Kalibr's camchain. Any number of cameras; the world is the first one's frame. */
+  PTZCAL_CAMERA_FORMAT_KALIBR = 8,
+};
+typedef uint32_t ptzcal_camera_format;
+
+/** Cameras with names. */
+typedef struct ptzcal_camera_list ptzcal_camera_list;
+
+/**
+ * Reads the one camera of a file.
+ *
+ * @param path   The file; of COLMAP its folder.
+ * @param format A ptzcal_camera_format.
+ * @param camera Receives the camera; set up by ptzcal_camera_init. Its pose is the identity when the
+ *               file has none.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_FILE_FORMAT (the message names the line
+ *         and the key); PTZCAL_STATUS_FILE_VERSION; PTZCAL_STATUS_UNSUPPORTED for a lens that this
+ *         library does not have; PTZCAL_STATUS_AMBIGUOUS for a file with several cameras.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_read(const char *path,
+                                 uint32_t format,
+                                 ptzcal_camera *camera,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes one camera. The file is at every moment the old one or the whole new one.
+ *
+ * @param camera The camera.
+ * @param path   The file; of COLMAP its folder, which is made where it is not there.
+ * @param format A ptzcal_camera_format.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_DISK_FULL; PTZCAL_STATUS_UNSUPPORTED for
+ *         what the format cannot hold; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_write(const ptzcal_camera *camera,
+                                  const char *path,
+                                  uint32_t format,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes an empty list.
+ *
+ * @param list  Receives the list; free it with ptzcal_camera_list_free.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_list_new(ptzcal_camera_list **list,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a list.
+ *
+ * @param list The list; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_camera_list_free(ptzcal_camera_list *list) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a camera with its pose.
+ *
+ * @param list   The list.
+ * @param camera The camera.
+ * @param name   What files call it; may be NULL: it has no name.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_list_add(ptzcal_camera_list *list,
+                                     const ptzcal_camera *camera,
+                                     const char *name,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Reads all cameras of a file.
+ *
+ * @param path   The file; of COLMAP its folder.
+ * @param format A ptzcal_camera_format.
+ * @param list   Receives the list; free it with ptzcal_camera_list_free.
+ * @param error  Receives the error; may be NULL.
+ * @return As ptzcal_camera_read, for any number of cameras.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_list_read(const char *path,
+                                      uint32_t format,
+                                      ptzcal_camera_list **list,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes all cameras of a list into one file, or COLMAP's folder. COLMAP calls an image without a name
+ * camera0, camera1, ...; names of its images have no white space.
+ *
+ * @param list   The list.
+ * @param path   The file; of COLMAP its folder, which is made where it is not there.
+ * @param format A ptzcal_camera_format.
+ * @param error  Receives the error; may be NULL.
+ * @return As ptzcal_camera_write (index: the camera); PTZCAL_STATUS_INVALID_ARGUMENT for an empty list
+ *         and for several cameras in a format that holds one; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_list_write(const ptzcal_camera_list *list,
+                                       const char *path,
+                                       uint32_t format,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * How many cameras a list has, and the format that it was read from.
+ *
+ * @param list   The list.
+ * @param count  Receives the number.
+ * @param format Receives the ptzcal_camera_format, PTZCAL_CAMERA_FORMAT_AUTO for a list that was not
+ *               read from a file; may be NULL.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_list_count(const ptzcal_camera_list *list,
+                                       size_t *count,
+                                       uint32_t *format,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * A camera of a list.
+ *
+ * @param list     The list.
+ * @param index    The camera, from 0.
+ * @param camera   Receives the camera; set up by ptzcal_camera_init.
+ * @param has_pose Receives 0 when the file did not say where the camera is, so that its pose is the
+ *                 identity and means nothing, otherwise 1; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for no such camera; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_list_get(const ptzcal_camera_list *list,
+                                     size_t index,
+                                     ptzcal_camera *camera,
+                                     uint32_t *has_pose,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Name of a camera of a list.
+ *
+ * @param list  The list; may be NULL.
+ * @param index The camera, from 0.
+ * @return A string that lives as long as the list; "" when the camera has no name or is not there;
+ *         never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_camera_list_name(const ptzcal_camera_list *list,
+                                    size_t index) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
  * Files
  *
- * Cameras and clouds on disk. A file is written at once or not at all: on an error the old one, if
+ * Calibrations, cameras, tables of points and clouds on disk. A file is written at once or not at all: on an error the old one, if
  * there was one, is still there.
  * ============================================================================================= */
 
 /**
  * Writes a calibration as JSON: the camera, its covariance, the residuals and what else it says of
- * itself, every number to its last bit.
+ * itself, every number to its last bit; of ptzcal_calibrate_camera also the measurements and options that
+ * it was made from, so that ptzcal_calibration_load_inputs can solve it again.
  *
  * @param calibration The calibration.
  * @param path        The file.
@@ -11062,7 +11274,7 @@ ptzcal_status ptzcal_camera_save_opencv(const ptzcal_camera *camera,
                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
- * Reads a camera from OpenCV's YAML. Without our keys its pose is the identity.
+ * Reads a camera from OpenCV's YAML, XML or JSON. Without our keys its pose is the identity.
  *
  * @param path   The file.
  * @param camera Receives the camera; set up by ptzcal_camera_init.
@@ -11076,6 +11288,68 @@ ptzcal_status ptzcal_camera_save_opencv(const ptzcal_camera *camera,
 ptzcal_status ptzcal_camera_load_opencv(const char *path,
                                         ptzcal_camera *camera,
                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Reads what a calibration was made from, out of a file of ptzcal_calibration_save. With the same version
+ * of the library on the same kind of machine ptzcal_calibrate_camera makes the same calibration of it, to
+ * the last bit.
+ *
+ * @param path    The file.
+ * @param set     Receives the measurements; free them with ptzcal_correspondences_free.
+ * @param options Receives the options; free them with ptzcal_calibration_options_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_FILE_FORMAT; PTZCAL_STATUS_FILE_VERSION;
+ *         PTZCAL_STATUS_NOT_FOUND for a camera without them; PTZCAL_STATUS_INVALID_ARGUMENT for
+ *         measurements or options that are none.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_load_inputs(const char *path,
+                                             ptzcal_correspondences **set,
+                                             ptzcal_calibration_options **options,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds the points of a table of comma-separated values, all or none. Its first line names the columns, in
+ * any order: x y z (metres, world) and u v (pixels). Optional: sigma_x sigma_y sigma_z (m), or cov_xx
+ * cov_xy cov_xz cov_yy cov_yz cov_zz (m^2); sigma_u sigma_v (px), or cov_uu cov_uv cov_vv (px^2), each
+ * group empty where a point has none; name and comment, which are passed over. So are lines that begin
+ * with #. The last line has its end, or the file was cut short.
+ *
+ * @param set   The set.
+ * @param path  The file.
+ * @param added Receives the number of points; may be NULL.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_FILE_FORMAT (the message names the line
+ *         and the column); PTZCAL_STATUS_INVALID_ARGUMENT for a covariance that is none;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_correspondences_add_csv(ptzcal_correspondences *set,
+                                             const char *path,
+                                             size_t *added,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes the points of a set as a table of comma-separated values, every number to its last bit: see
+ * ptzcal_correspondences_add_csv.
+ *
+ * @param set   The set, of points only.
+ * @param path  The file.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_DISK_FULL; PTZCAL_STATUS_UNSUPPORTED for
+ *         laser shots and lines, which are no points (ptzcal_calibration_save writes all kinds);
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_correspondences_save_csv(const ptzcal_correspondences *set,
+                                              const char *path,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
  * Writes the measured points of a scan as binary PLY, with their colours and covariances:

@@ -41,6 +41,7 @@ pub mod calibrate;
 pub mod calibration_check;
 pub mod calibration_options;
 pub mod camera;
+pub mod camera_list;
 pub mod cancel;
 pub mod chessboard;
 pub mod cloud;

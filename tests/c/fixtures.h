@@ -94,6 +94,7 @@ static ptzcal_rig *fixture_rig;
 static ptzcal_head_options *fixture_head_options;
 static ptzcal_head *fixture_head;
 static ptzcal_angle_map *fixture_angle_map;
+static ptzcal_camera_list *fixture_camera_list;
 static ptzcal_probe_report *fixture_probe_report;
 static ptzcal_scan_options *fixture_scan_options;
 static ptzcal_scan *fixture_scan;
@@ -623,6 +624,8 @@ static inline void make_fixtures(void)
   CHECK_OK(ptzcal_probe_options_init(fixture_probe_options, sizeof *fixture_probe_options));
   CHECK_OK(ptzcal_figure_init(fixture_figure, sizeof *fixture_figure));
   make_angle_map(&fixture_angle_map);
+  CHECK_OK(ptzcal_camera_list_new(&fixture_camera_list, NULL));
+  CHECK_OK(ptzcal_camera_list_add(fixture_camera_list, fixture_camera, "camera", NULL));
   /* Only a little is measured in so little time. */
   fixture_probe_options->max_time = 5.0;
   CHECK_OK(ptzcal_head_options_set_address(fixture_head_options, "sim:room?real_time=100", NULL));
@@ -677,6 +680,7 @@ static inline void free_fixtures(void)
   CHECK_OK(ptzcal_head_close(fixture_head, NULL));
   ptzcal_head_options_free(fixture_head_options);
   ptzcal_angle_map_free(fixture_angle_map);
+  ptzcal_camera_list_free(fixture_camera_list);
   ptzcal_probe_report_free(fixture_probe_report);
   ptzcal_rig_options_free(fixture_rig_options);
   ptzcal_simulator_free(fixture_simulator);

@@ -23,6 +23,7 @@ from .calibrate import (
     radial_alignment,
 )
 from .camera import Camera, DistortionModel
+from .camera_files import CameraFormat, NamedCamera, read_camera, read_cameras, write_cameras
 from .cancel import Cancel
 from .chessboard import Chessboard, detect_chessboard
 from .cloud import Cloud, CloudNoise, Mesh
@@ -116,6 +117,7 @@ __all__ = [
     "Boards",
     "Calibration",
     "Camera",
+    "CameraFormat",
     "Cancel",
     "Cancelled",
     "Chessboard",
@@ -152,6 +154,7 @@ __all__ = [
     "Motion",
     "MoveEnd",
     "MoveEvent",
+    "NamedCamera",
     "PanTilt",
     "PanTiltZoom",
     "Picture",
@@ -233,8 +236,11 @@ __all__ = [
     "match_sift",
     "probe",
     "radial_alignment",
+    "read_camera",
+    "read_cameras",
     "read_image",
     "register_matched_planes",
     "register_stations",
     "version",
+    "write_cameras",
 ]
