@@ -15,6 +15,10 @@ use crate::pose::{PlaneEstimate, PlaneFitOptions, fit_plane_to_shots};
 /// Shots that a station and a camera must share before one places the other.
 const MIN_SHARED: usize = 6;
 
+/// Standard deviation (radians, metres) up to which what is said of a station's pose is as good as what its
+/// shots say: a few pixels in a camera.
+const CERTAIN: f64 = 3e-3;
+
 /// Of the normals of planes that place a station: they leave a common plane by two degrees at least.
 const MAX_CONDITION: f64 = 1e3;
 
@@ -109,7 +113,6 @@ impl SeenPlanes {
 /// camera with the others.
 pub(super) fn start(input: &Adjustment, options: &AdjustOptions) -> Result<State> {
     let depths = Depths::of(input);
-    let certain = |s: &Station| s.pose.filter(|_| (0..6).any(|i| s.prior.covariance()[(i, i)] == 0.0));
     let mut stations: Vec<Option<Rigid>> = input.stations().iter().map(certain).collect();
     let mut cameras: Vec<Option<Camera>> = vec![None; input.cameras().len()];
     let planes = SeenPlanes::of(input, &depths, options);
@@ -168,6 +171,14 @@ pub(super) fn start(input: &Adjustment, options: &AdjustOptions) -> Result<State
             }));
         }
     }
+}
+
+/// The pose of a station that is known well enough to start from, or of which a part is fixed.
+fn certain(station: &Station) -> Option<Rigid> {
+    let covariance = station.prior.covariance();
+    let fixed = (0..6).any(|i| covariance[(i, i)] == 0.0);
+    let known = (0..6).all(|i| covariance[(i, i)] <= CERTAIN * CERTAIN);
+    station.pose.filter(|_| fixed || known)
 }
 
 /// Inverse depths as measured; the median where the head camera saw nothing.

@@ -58,6 +58,7 @@ from .lines import (
     lift_line_segments,
     match_lines,
 )
+from .network import Link, Loop, Ties, tie_stations
 from .pictures import DepthMap, Picture, read_image
 from .pointing import Aim, Located, MeasuredBy, Pointing, Sweep, ellipse
 from .planes import (
@@ -145,10 +146,12 @@ __all__ = [
     "LineFit",
     "LineMatches",
     "LineSegments",
+    "Link",
     "Located",
     "LogLevel",
-    "Mesh",
+    "Loop",
     "MeasuredBy",
+    "Mesh",
     "Motion",
     "MoveEnd",
     "MoveEvent",
@@ -157,11 +160,11 @@ __all__ = [
     "Picture",
     "PixelFormat",
     "Plan",
-    "PlannedShots",
-    "Pointing",
     "Plane",
     "Planes",
     "PlanesNotFound",
+    "PlannedShots",
+    "Pointing",
     "Pose",
     "PoseMethod",
     "PrecisionLabel",
@@ -206,6 +209,7 @@ __all__ = [
     "SureAngles",
     "Suspect",
     "Sweep",
+    "Ties",
     "UncertainRig",
     "Verdict",
     "ZoomCurve",
@@ -236,5 +240,6 @@ __all__ = [
     "read_image",
     "register_matched_planes",
     "register_stations",
+    "tie_stations",
     "version",
 ]
