@@ -98,6 +98,23 @@ fn example_surveys_two_stations() {
 }
 
 #[test]
+fn example_surveys_a_path() {
+    if let Some(text) = run(&["examples/python/survey_path.py"]) {
+        assert!(text.contains("loop 0"), "{text}");
+        // "camera 0 ... off 1.2 mm, 2.0 expected": within four standard deviations of three numbers.
+        let cameras: Vec<&str> = text.lines().filter(|l| l.starts_with("camera ")).collect();
+        assert_eq!(cameras.len(), 2, "{text}");
+        for line in cameras {
+            let numbers = line.split("off ").nth(1).unwrap();
+            let (off, expected) = numbers.split_once(" mm, ").unwrap();
+            let (off, expected) = (off, expected.split(' ').next().unwrap());
+            let (off, expected): (f64, f64) = (off.parse().unwrap(), expected.parse().unwrap());
+            assert!(off < 4.0 * expected && expected < 20.0, "{line}");
+        }
+    }
+}
+
+#[test]
 fn example_scans_the_simulator() {
     if let Some(text) = run(&["examples/python/scan_simulator.py", "16", "12"]) {
         let line = text.lines().last().unwrap();

@@ -59,6 +59,7 @@ from .lines import (
     lift_line_segments,
     match_lines,
 )
+from .network import Link, Loop, Ties, tie_stations
 from .pictures import DepthMap, Picture, read_image
 from .pointing import Aim, Located, MeasuredBy, Pointing, Sweep, ellipse
 from .planes import (
@@ -147,10 +148,12 @@ __all__ = [
     "LineFit",
     "LineMatches",
     "LineSegments",
+    "Link",
     "Located",
     "LogLevel",
-    "Mesh",
+    "Loop",
     "MeasuredBy",
+    "Mesh",
     "Motion",
     "MoveEnd",
     "MoveEvent",
@@ -160,11 +163,11 @@ __all__ = [
     "Picture",
     "PixelFormat",
     "Plan",
-    "PlannedShots",
-    "Pointing",
     "Plane",
     "Planes",
     "PlanesNotFound",
+    "PlannedShots",
+    "Pointing",
     "Pose",
     "PoseMethod",
     "PrecisionLabel",
@@ -209,6 +212,7 @@ __all__ = [
     "SureAngles",
     "Suspect",
     "Sweep",
+    "Ties",
     "UncertainRig",
     "Verdict",
     "ZoomCurve",
@@ -241,6 +245,7 @@ __all__ = [
     "read_image",
     "register_matched_planes",
     "register_stations",
+    "tie_stations",
     "version",
     "write_cameras",
 ]
