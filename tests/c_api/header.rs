@@ -74,6 +74,7 @@ const TOPICS: [&str; 68] = [
     "label",
     "plan",
     "pointing",
+    "locating",
     "sweep",
     "file",
 ];

@@ -28,7 +28,7 @@ use ptzcal::capi::lines_3d::{ptzcal_line_fit_options, ptzcal_line_match_options}
 use ptzcal::capi::mesh::ptzcal_surface_options;
 use ptzcal::capi::plan::{ptzcal_plan_options, ptzcal_plan_summary};
 use ptzcal::capi::planes::{ptzcal_plane, ptzcal_planes_options};
-use ptzcal::capi::pointing::{ptzcal_aim, ptzcal_located};
+use ptzcal::capi::locating::{ptzcal_aim, ptzcal_located};
 use ptzcal::capi::pose::ptzcal_pose;
 use ptzcal::capi::probe::{ptzcal_figure, ptzcal_probe_options};
 use ptzcal::capi::progress::ptzcal_progress;

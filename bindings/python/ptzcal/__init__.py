@@ -46,7 +46,16 @@ from .head import (
     MoveEvent,
     PanTiltZoom,
 )
-from .health import Health, ShotState, Verdict, check_health, choose_health_shots, fire_again
+from .exploring import Exploration, Visible, explore
+from .health import (
+    Health,
+    ShotState,
+    Verdict,
+    check_health,
+    check_health_spots,
+    choose_health_shots,
+    fire_again,
+)
 from .images import PixelFormat
 from .lines import (
     LineFit,
@@ -59,7 +68,7 @@ from .lines import (
     match_lines,
 )
 from .pictures import DepthMap, Picture, read_image
-from .pointing import Aim, Located, MeasuredBy, Pointing, Sweep, ellipse
+from .pointing import Aim, Located, LocatedAlong, MeasuredBy, Pointing, Sweep, ellipse
 from .planes import (
     Plane,
     Planes,
@@ -128,6 +137,7 @@ __all__ = [
     "DepthMap",
     "DistortionModel",
     "Error",
+    "Exploration",
     "Figure",
     "FixedCamera",
     "Focus",
@@ -146,6 +156,7 @@ __all__ = [
     "LineMatches",
     "LineSegments",
     "Located",
+    "LocatedAlong",
     "LogLevel",
     "Mesh",
     "MeasuredBy",
@@ -208,6 +219,7 @@ __all__ = [
     "Sweep",
     "UncertainRig",
     "Verdict",
+    "Visible",
     "ZoomCurve",
     "ZoomPosition",
     "abi_version",
@@ -215,6 +227,7 @@ __all__ = [
     "calibrate_from_boards",
     "calibrate_laser_line",
     "check_health",
+    "check_health_spots",
     "choose_health_shots",
     "common_roof_edges",
     "detect_chessboard",
@@ -225,6 +238,7 @@ __all__ = [
     "division_eigenproblem",
     "ellipse",
     "estimate_pose_roof_edges",
+    "explore",
     "fire_again",
     "fit_line_3d",
     "learn_angles",
