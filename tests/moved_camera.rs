@@ -35,7 +35,8 @@ impl Room {
         let mut fixed =
             vec![FixedCamera::new(Box::new(simulator.fixed_frames(0).unwrap()), camera.width, camera.height)];
         let region = ScanRegion { pan: [-0.5, 0.33], tilt: [-0.34, 0.3], pan_steps: 14, tilt_steps: 10 };
-        let before = scan_region(&mut rig, &region, &ScanOptions::default(), &mut fixed, &mut |_| Continue(())).unwrap();
+        let before =
+            scan_region(&mut rig, &region, &ScanOptions::default(), &mut fixed, &mut |_| Continue(())).unwrap();
         let set = before.correspondences(0).unwrap();
         let calibration = calibrate_camera(&set, &CalibrationOptions::default()).unwrap();
         let chosen = choose_shots(&before, 0, 10).unwrap();

@@ -56,7 +56,16 @@ fn coverage(runs: usize, report: &mut impl FnMut(Vec<Figure>)) {
         // Within 2 % of 95 %.
         let ratio = (share - 0.95).abs() / 0.02;
         let figure = 100.0 * share;
-        report(vec![Figure { goal: "point", setup, figure, unit: "%", bound: 95.0, ratio, limit: 1.0, runs: c.clicks }]);
+        report(vec![Figure {
+            goal: "point",
+            setup,
+            figure,
+            unit: "%",
+            bound: 95.0,
+            ratio,
+            limit: 1.0,
+            runs: c.clicks,
+        }]);
     }
 }
 
@@ -78,7 +87,14 @@ fn ranges(cameras: &[usize]) -> Vec<Figure> {
     let who = format!("exploring for fixed camera {cameras:?}, seeds 1 to 5");
     vec![
         figure(format!("{who}: shots, most"), shots, "", 59.0, shots / 59.0, 1.0),
-        figure(format!("{who}: visible directions in the range, least"), 100.0 * covered, "%", 90.0, 0.9 / covered, 1.0),
+        figure(
+            format!("{who}: visible directions in the range, least"),
+            100.0 * covered,
+            "%",
+            90.0,
+            0.9 / covered,
+            1.0,
+        ),
         figure(format!("{who}: of them in the mask"), 100.0 * least(&|f| f.in_mask), "%", 0.0, 0.0, f64::INFINITY),
         figure(format!("{who}: of the range visible"), 100.0 * least(&|f| f.visible), "%", 0.0, 0.0, f64::INFINITY),
     ]
@@ -112,8 +128,5 @@ fn times() -> Vec<Figure> {
         limit: f64::INFINITY,
         runs,
     };
-    vec![
-        time("arranging a cloud of 10^6 points", built, "s", 1),
-        time("where a ray meets it", each * 1e3, "ms", met),
-    ]
+    vec![time("arranging a cloud of 10^6 points", built, "s", 1), time("where a ray meets it", each * 1e3, "ms", met)]
 }

@@ -154,7 +154,10 @@ fn start(samples: &[Sample], known: bool) -> Option<Vector3<f64>> {
         let Some(back) = rows.try_inverse() else { continue };
         let plane = back * Vector3::from(three.map(|s| s.along));
         let cost = cost(&plane);
-        if plane.iter().all(|v| v.is_finite()) && three.iter().all(|s| s.could_measure(&plane)) && best.as_ref().is_none_or(|(least, _)| cost < *least) {
+        if plane.iter().all(|v| v.is_finite())
+            && three.iter().all(|s| s.could_measure(&plane))
+            && best.as_ref().is_none_or(|(least, _)| cost < *least)
+        {
             best = Some((cost, plane));
         }
     }

@@ -202,7 +202,8 @@ impl Simulator {
         let mut world = self.0.world();
         let count = world.fixed.len();
         let moved = world.fixed.get_mut(camera);
-        let moved = moved.ok_or_else(|| Error::invalid("camera", format!("{camera}: there are {count} fixed cameras")))?;
+        let moved =
+            moved.ok_or_else(|| Error::invalid("camera", format!("{camera}: there are {count} fixed cameras")))?;
         moved.pose = Rigid::from_centre(rigid::exp(turn) * moved.pose.rotation, &(moved.centre() + shift));
         Ok(())
     }

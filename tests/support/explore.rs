@@ -35,9 +35,8 @@ pub fn explored(seed: u64, station: u32, cameras: &[usize]) -> Vec<Found> {
     };
     let mut rig = Rig::open(parts, RigOptions::default()).expect("a rig");
     let sizes: Vec<_> = simulator.truth().fixed.iter().map(|c| (c.width, c.height)).collect();
-    let open = |c: &usize| {
-        FixedCamera::new(Box::new(simulator.fixed_frames(*c).expect("a camera")), sizes[*c].0, sizes[*c].1)
-    };
+    let open =
+        |c: &usize| FixedCamera::new(Box::new(simulator.fixed_frames(*c).expect("a camera")), sizes[*c].0, sizes[*c].1);
     let mut fixed: Vec<FixedCamera> = cameras.iter().map(open).collect();
     let mut shots = 0;
     let answer = explore(&mut rig, &ExploreOptions::default(), &mut fixed, &mut |p| {

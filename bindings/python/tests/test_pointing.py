@@ -44,11 +44,12 @@ class PointingInTheSimulator(TestCase):
         pointing = ptzcal.Pointing(self.calibration, self.rig.model)
         pointing.set_plane([0, 1, 0], 1.2)
         before = pointing.aim([450, 520])
-        # The rig turned to the right by 0.1: the same place is as much further left.
+        # The rig turned to the right by 0.1: the same place is as much further left, but for the pan
+        # axis standing 2 cm beside the frame's origin, 2 m away.
         c, s = np.cos(0.1), np.sin(0.1)
         R = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
         pointing.set_station(R, [0, 0, 0])
-        self.assertClose(pointing.aim([450, 520]).pan, before.pan - 0.1, atol=1e-3)
+        self.assertClose(pointing.aim([450, 520]).pan, before.pan - 0.1, atol=2e-3)
         pointing.set_station(R, [0, 0, 0], np.eye(6) * 1e-6)
         self.assertGreater(pointing.aim([450, 520]).angle_covariance[0, 0], 1e-6)
         for bad in (np.eye(2), np.zeros((3, 3)), np.full((3, 3), np.nan)):
