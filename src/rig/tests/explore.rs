@@ -3,7 +3,6 @@
 use std::ops::ControlFlow::{Break, Continue};
 
 use crate::control::Log;
-use crate::device::PanTiltZoom;
 use crate::error::Error;
 use crate::rig::*;
 use crate::sim::{SimOptions, Simulator};
