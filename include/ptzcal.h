@@ -8404,7 +8404,7 @@ typedef struct ptzcal_exploration ptzcal_exploration;
 typedef struct ptzcal_explore_options {
   /** Set by ptzcal_explore_options_init. */
   uint32_t struct_size;
-  /** Most shots, 4 to 10000. */
+  /** Most shots, 4 to 500. */
   uint32_t max_shots;
   /** 0. */
   uint32_t reserved[2];
@@ -8416,7 +8416,7 @@ typedef struct ptzcal_explore_options {
   double tilt_min;
   /** Greatest reading of tilt, radians; INFINITY likewise. */
   double tilt_max;
-  /** Distance of shots that are near enough to each other, radians. */
+  /** Shots are no nearer to each other than this, 0.01 to 1 radians. */
   double tolerance;
   /** Steps of the regions that come out, radians. */
   double spacing;
@@ -8432,7 +8432,7 @@ typedef struct ptzcal_visible {
   uint32_t seen;
   /** Of them those that the head camera saw too. */
   uint32_t measured;
-  /** Part of the region's positions that the camera sees, by the shot nearest to each. */
+  /** Part of the region's positions that the camera sees, as far as the shots tell. */
   double share;
 } ptzcal_visible;
 
@@ -8521,8 +8521,8 @@ ptzcal_status ptzcal_exploration_get_visible(const ptzcal_exploration *explorati
                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
- * For each position of the region, tilt step * pan_steps + pan step: 1 when the camera saw the spot of
- * the shot nearest to it, else 0.
+ * For each position of the region, tilt step * pan_steps + pan step: 1 when the camera sees the spot there,
+ * as far as the shots about it tell, else 0.
  *
  * @param exploration The exploration.
  * @param camera      The fixed camera's number.
@@ -8756,6 +8756,38 @@ ptzcal_status ptzcal_health_check(const ptzcal_rig_model *model,
                                   const ptzcal_health_options *options,
                                   ptzcal_health_report **report,
                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The same from spots that the host measured itself, at the same readings before and now, without a rig
+ * and without scans.
+ *
+ * @param model       The rig.
+ * @param calibration The fixed camera as it was, in the rig's frame.
+ * @param readings    2 n numbers: pan and tilt of each shot, the device's readings, radians.
+ * @param spots       20 n numbers: for each shot the spot in the head camera and in the fixed one before,
+ *                    then in the head camera and in the fixed one now; of each u, v, pixels, and its
+ *                    covariance xx, xy, yy, px^2, positive definite.
+ * @param seen        2 n bytes: was the spot of each shot seen now in the head camera, in the fixed one? 0:
+ *                    no, its numbers do not matter, but for being finite. May be NULL: all were seen.
+ * @param n           Number of shots, 1 to 10000.
+ * @param options     The options; may be NULL: the defaults.
+ * @param report      Receives the report; free it with ptzcal_health_report_free.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK, whatever the verdict; PTZCAL_STATUS_INVALID_ARGUMENT,
+ *         PTZCAL_STATUS_NOT_FINITE for input that makes no sense.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_health_check_spots(const ptzcal_rig_model *model,
+                                        const ptzcal_calibration *calibration,
+                                        const double *readings,
+                                        const double *spots,
+                                        const uint8_t *seen,
+                                        size_t n,
+                                        const ptzcal_health_options *options,
+                                        ptzcal_health_report **report,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
  * Frees a report.
@@ -10864,7 +10896,7 @@ ptzcal_status ptzcal_next_shots(const ptzcal_site *site,
  * Pointing
  *
  * A pixel of a calibrated fixed camera as pan, tilt and zoom of the head, and a pixel of the head's
- * camera as a pixel of the fixed one. A pointing holds the camera, the rig, how well both are known, and
+ * camera as a pixel of the fixed one (the next chapters). A pointing holds the camera, the rig, how well both are known, and
  * where the targets are: on a plane, on the surface of a point cloud, or at a distance. Every answer has
  * a covariance through the whole chain: click, calibration, surface, rig and the head's coming to rest.
  * ============================================================================================= */
@@ -10883,88 +10915,6 @@ typedef int32_t ptzcal_measured_by;
 
 /** A fixed camera and a rig, for pointing. */
 typedef struct ptzcal_pointing ptzcal_pointing;
-
-/** Where to turn the head, and how surely. */
-typedef struct ptzcal_aim {
-  /** Set by ptzcal_aim_init. */
-  uint32_t struct_size;
-  /** 1 when there is a zoom curve, and `zoom` is set. */
-  uint32_t has_zoom;
-  /** 1 when the surface ends or bends about the target, or is sampled too thinly to tell: the target may be what is at `other_distance` instead. */
-  uint32_t edge;
-  /** 0. */
-  uint32_t reserved;
-  /** The device's reading at which the target is at the picture's centre, radians. */
-  double pan;
-  /** The device's reading, radians. */
-  double tilt;
-  /** Of the target's direction about them, in readings: pan pan, pan tilt, tilt tilt, rad^2. */
-  double angle_covariance[3];
-  /** The tightest zoom (the curve's own scale) that keeps the whole target in the picture with the probability asked for; the widest when none does. */
-  double zoom;
-  /** Of the whole target being in the picture. */
-  double probability;
-  /** Where the target is in the head camera's picture then, pixels. */
-  double uv[2];
-  /** Its covariance: xx, xy, yy, px^2. */
-  double uv_covariance[3];
-  /** The target in the world, metres. */
-  double point[3];
-  /** Its covariance, row-major, m^2. */
-  double point_covariance[9];
-  /** From the fixed camera's centre, metres. */
-  double distance;
-  /** From the fixed camera's centre, of what the target may be instead, metres; 0: the cloud shows nothing else. */
-  double other_distance;
-} ptzcal_aim;
-
-/** Where the fixed camera sees what the head camera sees. */
-typedef struct ptzcal_located {
-  /** Set by ptzcal_located_init. */
-  uint32_t struct_size;
-  /** As in ptzcal_aim. */
-  uint32_t edge;
-  /** 1 when the cloud has a surface between the fixed camera and the point. */
-  uint32_t hidden;
-  /** 0. */
-  uint32_t reserved;
-  /** Pixel of the fixed camera. */
-  double uv[2];
-  /** Its covariance: xx, xy, yy, px^2. */
-  double uv_covariance[3];
-  /** In the world, metres. */
-  double point[3];
-  /** Its covariance, row-major, m^2. */
-  double point_covariance[9];
-  /** From the head camera's centre, metres. */
-  double distance;
-  /** As in ptzcal_aim, from the head camera's centre. */
-  double other_distance;
-} ptzcal_located;
-
-/**
- * Sets up an aim: everything 0.
- *
- * @param aim  The struct.
- * @param size sizeof *aim.
- * @return PTZCAL_STATUS_OK.
- *
- * Threads: free.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_aim_init(ptzcal_aim *aim, size_t size) PTZCAL_NOEXCEPT;
-
-/**
- * Sets up a location: everything 0.
- *
- * @param located The struct.
- * @param size    sizeof *located.
- * @return PTZCAL_STATUS_OK.
- *
- * Threads: free.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_located_init(ptzcal_located *located, size_t size) PTZCAL_NOEXCEPT;
 
 /**
  * Makes a pointing of a camera whose world is the rig's frame. The rig is taken as exact until
@@ -11175,6 +11125,95 @@ ptzcal_status ptzcal_pointing_set_distance(ptzcal_pointing *pointing,
                                            double metres,
                                            double sigma,
                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Pointing: aim and locate
+ *
+ * Where to turn the head for a pixel of the fixed camera, where the fixed camera sees what the head
+ * camera sees, and the ellipse of a covariance.
+ * ============================================================================================= */
+
+/** Where to turn the head, and how surely. */
+typedef struct ptzcal_aim {
+  /** Set by ptzcal_aim_init. */
+  uint32_t struct_size;
+  /** 1 when there is a zoom curve, and `zoom` is set. */
+  uint32_t has_zoom;
+  /** 1 when the surface ends or bends about the target, or is sampled too thinly to tell: the target may be what is at `other_distance` instead. */
+  uint32_t edge;
+  /** 0. */
+  uint32_t reserved;
+  /** The device's reading at which the target is at the picture's centre, radians. */
+  double pan;
+  /** The device's reading, radians. */
+  double tilt;
+  /** Of the target's direction about them, in readings: pan pan, pan tilt, tilt tilt, rad^2. */
+  double angle_covariance[3];
+  /** The tightest zoom (the curve's own scale) that keeps the whole target in the picture with the probability asked for; the widest when none does. */
+  double zoom;
+  /** Of the whole target being in the picture. */
+  double probability;
+  /** Where the target is in the head camera's picture then, pixels. */
+  double uv[2];
+  /** Its covariance: xx, xy, yy, px^2. */
+  double uv_covariance[3];
+  /** The target in the world, metres. */
+  double point[3];
+  /** Its covariance, row-major, m^2. */
+  double point_covariance[9];
+  /** From the fixed camera's centre, metres. */
+  double distance;
+  /** From the fixed camera's centre, of what the target may be instead, metres; 0: the cloud shows nothing else. */
+  double other_distance;
+} ptzcal_aim;
+
+/** Where the fixed camera sees what the head camera sees. */
+typedef struct ptzcal_located {
+  /** Set by ptzcal_located_init. */
+  uint32_t struct_size;
+  /** As in ptzcal_aim. */
+  uint32_t edge;
+  /** 1 when the cloud has a surface between the fixed camera and the point. */
+  uint32_t hidden;
+  /** 0. */
+  uint32_t reserved;
+  /** Pixel of the fixed camera. */
+  double uv[2];
+  /** Its covariance: xx, xy, yy, px^2. */
+  double uv_covariance[3];
+  /** In the world, metres. */
+  double point[3];
+  /** Its covariance, row-major, m^2. */
+  double point_covariance[9];
+  /** From the head camera's centre, metres. */
+  double distance;
+  /** As in ptzcal_aim, from the head camera's centre. */
+  double other_distance;
+} ptzcal_located;
+
+/**
+ * Sets up an aim: everything 0.
+ *
+ * @param aim  The struct.
+ * @param size sizeof *aim.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_aim_init(ptzcal_aim *aim, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a location: everything 0.
+ *
+ * @param located The struct.
+ * @param size    sizeof *located.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_located_init(ptzcal_located *located, size_t size) PTZCAL_NOEXCEPT;
 
 /**
  * Where to turn the head, and how far to zoom, so that its camera shows at its picture's centre what the

@@ -11,6 +11,8 @@ mod data;
 #[path = "../../tests/support/edges.rs"]
 mod edges;
 mod end_to_end;
+#[path = "../../tests/support/explore.rs"]
+mod exploring;
 mod figure;
 mod groups;
 mod joint;
@@ -22,8 +24,11 @@ mod model;
 mod outliers;
 #[path = "../../tests/support/pcd.rs"]
 mod pcd;
+mod pointing;
 mod real;
 mod settle;
+#[path = "../../tests/support/pointing.rs"]
+mod setups;
 mod simulated;
 mod stations;
 mod study;
@@ -96,6 +101,9 @@ fn main() -> std::io::Result<()> {
     }
     if wanted("stations") {
         stations::run(scale(400), &mut report);
+    }
+    if wanted("pointing") {
+        pointing::run(scale(400), &mut report);
     }
     if wanted("real") {
         real::run(&mut report);

@@ -63,6 +63,7 @@ pub mod laser_line;
 pub mod linear_methods;
 pub mod lines;
 pub mod lines_3d;
+pub mod locating;
 pub mod log;
 pub mod mesh;
 pub mod network;

@@ -13,6 +13,7 @@ pub mod frames;
 pub mod gate;
 pub mod journal;
 pub mod laser;
+mod level_set;
 mod moves;
 pub mod region;
 pub mod scan;

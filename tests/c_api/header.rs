@@ -77,6 +77,7 @@ const TOPICS: &[&str] = &[
     "label",
     "plan",
     "pointing",
+    "locating",
     "sweep",
     "camera_list",
     "file",

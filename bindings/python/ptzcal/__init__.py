@@ -47,7 +47,16 @@ from .head import (
     MoveEvent,
     PanTiltZoom,
 )
-from .health import Health, ShotState, Verdict, check_health, choose_health_shots, fire_again
+from .exploring import Exploration, Visible, explore
+from .health import (
+    Health,
+    ShotState,
+    Verdict,
+    check_health,
+    check_health_spots,
+    choose_health_shots,
+    fire_again,
+)
 from .images import PixelFormat
 from .lines import (
     LineFit,
@@ -61,7 +70,7 @@ from .lines import (
 )
 from .network import Link, Loop, Ties, tie_stations
 from .pictures import DepthMap, Picture, read_image
-from .pointing import Aim, Located, MeasuredBy, Pointing, Sweep, ellipse
+from .pointing import Aim, Located, LocatedAlong, MeasuredBy, Pointing, Sweep, ellipse
 from .planes import (
     Plane,
     Planes,
@@ -131,6 +140,7 @@ __all__ = [
     "DepthMap",
     "DistortionModel",
     "Error",
+    "Exploration",
     "Figure",
     "FixedCamera",
     "Focus",
@@ -150,6 +160,7 @@ __all__ = [
     "LineSegments",
     "Link",
     "Located",
+    "LocatedAlong",
     "LogLevel",
     "Loop",
     "MeasuredBy",
@@ -215,6 +226,7 @@ __all__ = [
     "Ties",
     "UncertainRig",
     "Verdict",
+    "Visible",
     "ZoomCurve",
     "ZoomPosition",
     "abi_version",
@@ -222,6 +234,7 @@ __all__ = [
     "calibrate_from_boards",
     "calibrate_laser_line",
     "check_health",
+    "check_health_spots",
     "choose_health_shots",
     "common_roof_edges",
     "detect_chessboard",
@@ -232,6 +245,7 @@ __all__ = [
     "division_eigenproblem",
     "ellipse",
     "estimate_pose_roof_edges",
+    "explore",
     "fire_again",
     "fit_line_3d",
     "learn_angles",

@@ -739,6 +739,10 @@ PROTOTYPES: Dict[str, tuple] = {
         _status, _model, _handle, _handle, _handle, c_uint32, _health_options,
         _handle_out, _error_out,
     ),
+    "ptzcal_health_check_spots": (
+        _status, _model, _handle, _array, _array, _array, c_size_t, _health_options,
+        _handle_out, _error_out,
+    ),
     "ptzcal_health_report_free": (None, _handle),
     "ptzcal_health_report_get": (_status, _handle, _health, _error_out),
     "ptzcal_health_report_reason": (c_char_p, _handle),

@@ -172,6 +172,22 @@ class ScanOptions(Handle):
             self._set("recording", _native.path(recording))
         self._set("cancel", pointer_of(cancel))
 
+    @classmethod
+    def plain(cls, cameras: Sequence[Union[FixedCamera, str]]) -> "ScanOptions":
+        """Of single shots: nothing but the cameras."""
+        return cls(
+            cameras,
+            {},
+            spot=None,
+            gate=None,
+            journal=None,
+            journal_sync=True,
+            recording=None,
+            reconnect=0.0,
+            target_accuracy=0.0,
+            cancel=None,
+        )
+
     def _set(self, setting: str, *values: Any) -> None:
         call(getattr(lib, f"ptzcal_scan_options_set_{setting}"), self._pointer, *values)
 
