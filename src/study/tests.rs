@@ -469,6 +469,32 @@ fn chosen_shots_are_worth_several_of_a_grid() {
     }
 }
 
+/// With every position scanned, nothing is left but to repeat the best of them: greedy choice comes close to
+/// the best design, which spends all its shots on a few.
+#[test]
+fn seen_shots_are_repeated_and_unseen_ones_are_not() {
+    let site = site(near());
+    let region = region(16, 14);
+    let scanned: Vec<_> =
+        (0..region.len() as u32).map(|i| region.position(i)).map(|(p, t)| fire(&site, p, t)).collect();
+    let options = NextOptions { candidates: region, level: level(0.2), count: 300, target: 0.0 };
+    let next = next_shots(&site, &scanned, &options).unwrap();
+    assert_eq!(next.shots.len(), 300);
+    let mut places: Vec<_> = next.shots.iter().map(|s| [s.pan, s.tilt]).collect();
+    places.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    places.dedup();
+    assert!(places.len() < 40, "{}", places.len());
+    // Their depths are the measured ones, and each was seen.
+    let was_seen =
+        |s: &NextShot| scanned.iter().any(|w| w.seen && [w.pan, w.tilt, w.depth] == [s.pan, s.tilt, s.depth]);
+    assert!(next.shots.iter().filter(|s| !was_seen(s)).count() < 10);
+    // Repeated shots are worth what they are said to be worth.
+    let all: Vec<_> = scanned.iter().copied().chain(next.shots.iter().map(|s| fire(&site, s.pan, s.tilt))).collect();
+    let found = simulated(&site, &all);
+    let said = next.shots.last().unwrap().after.rms;
+    assert!((found / said - 1.0).abs() < 0.2, "{found} {said}");
+}
+
 #[test]
 fn without_scanned_shots_in_view_the_first_ones_are_spread() {
     let site = site(near());
