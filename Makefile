@@ -69,7 +69,7 @@ bench: need-cargo
 	@command -v $(PYTHON) >/dev/null || { echo "SKIPPED the peers: $(PYTHON) is not installed"; exit 0; }; \
 	set -e; venv="$(TARGET)/bench-venv"; \
 	[ -x "$$venv/bin/python" ] || $(PYTHON) -m venv "$$venv"; \
-	for package in numpy scipy opencv-python-headless open3d; do \
+	for package in numpy scipy opencv-python-headless open3d plyfile; do \
 	  "$$venv/bin/python" -m pip install --quiet --disable-pip-version-check "$$package" || echo "$$package cannot be installed"; \
 	done; \
 	"$$venv/bin/python" -c 'import numpy' 2>/dev/null || { echo "SKIPPED the peers: NumPy cannot be installed"; exit 0; }; \

@@ -227,7 +227,8 @@ class Site(Handle):
 
         Returns the expected error of the position so far (rms and largest semi-axis, metres;
         infinite while it is not determined), and the chosen shots: `count`, or as many as reach
-        `target`. Ask again after every few dozen shots.
+        `target`; the best of those that were seen are shot again and again. Ask again after every few
+        dozen shots.
         """
         readings = rows(pan_tilt, 2, "pan_tilt")
         depths = vector(depth, len(readings), "depth")
