@@ -5,6 +5,7 @@
 //! too large or of another version is an error that says where.
 
 pub mod angle_json;
+mod base64;
 mod file;
 pub mod gltf;
 mod lzf;
@@ -23,13 +24,14 @@ pub mod vrml;
 pub mod zoom_json;
 
 pub use angle_json::{AngleMapRecord, LearningRecord, read_angle_map, write_angle_map};
+pub use base64::base64;
 pub use file::{io_error, read_bounded, write_atomically};
 pub use gltf::{read_glb, write_glb};
 pub use model::{read_cloud, read_mesh, write_cloud, write_mesh};
 pub use model_json::{CalibrationRecord, CameraRecord, read_camera, write_camera};
 pub use opencv_yaml::{OpenCvCamera, read_opencv_yaml, write_opencv_yaml};
 pub use pcd::{PcdData, read_pcd, write_pcd};
-pub use picture::{read_depth, read_picture, write_depth, write_png};
+pub use picture::{encode_jpeg, read_depth, read_picture, write_depth, write_png};
 pub use ply::{read_ply, read_ply_mesh, write_ply, write_ply_mesh};
 pub use point_fields::CloudFile;
 pub use vrml::{read_vrml, write_vrml};

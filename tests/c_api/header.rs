@@ -75,6 +75,7 @@ const TOPICS: [&str; 68] = [
     "plan",
     "pointing",
     "sweep",
+    "report",
     "file",
 ];
 
