@@ -19,7 +19,7 @@ FEATURES ?= $(if $(and $(LIBCLANG),$(CLANG_HEADERS)),--features v4l2)
 # What a program that links libptzcal.a needs besides (rustc --print native-static-libs).
 SYSTEM_LIBS := -lgcc_s -lutil -lrt -lpthread -lm -ldl
 
-.PHONY: help demo test fuzz accuracy bench install installcheck header lint release-abi need-cargo need-cc
+.PHONY: help demo test fuzz accuracy bench install installcheck docs header lint release-abi need-cargo need-cc
 
 help:
 	@echo "make demo       scans a simulated room and calibrates cameras; results in target/demo"
@@ -28,6 +28,7 @@ help:
 	@echo "make fuzz       ten million random inputs for every reader of outside bytes"
 	@echo "make bench      measures speed, ours and the peers'; target/bench.json"
 	@echo "make install    installs library, header, laser guard and ptzcal.pc (PREFIX=$(PREFIX), DESTDIR=)"
+	@echo "make docs       the manual and the header's reference as HTML and man page; target/docs"
 	@echo "make header     writes include/ptzcal.h anew from src/capi"
 	@echo "make lint       formatting and clippy"
 
@@ -66,6 +67,12 @@ bench: need-cargo
 	"$$venv/bin/python" -c 'import numpy' 2>/dev/null || { echo "SKIPPED the peers: NumPy cannot be installed"; exit 0; }; \
 	PTZCAL_LIBRARY="$(abspath $(TARGET))/release/libptzcal.so" PYTHONPATH=bindings/python \
 	  "$$venv/bin/python" benches/peers/bench.py --out "$(TARGET)/bench.json"
+
+docs:
+	@command -v doxygen >/dev/null || { echo "doxygen is missing (Debian: apt-get install doxygen)"; exit 1; }
+	mkdir -p $(TARGET)/docs
+	PTZCAL_DOCS=$(TARGET)/docs doxygen docs/Doxyfile
+	@echo "the manual: $(TARGET)/docs/html/index.html"
 
 header: need-cargo
 	PTZCAL_UPDATE_HEADER=1 $(CARGO) test --quiet --test c_api the_header_is_what_the_sources_make
