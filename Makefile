@@ -19,7 +19,7 @@ FEATURES ?= $(if $(and $(LIBCLANG),$(CLANG_HEADERS)),--features v4l2)
 # What a program that links libptzcal.a needs besides (rustc --print native-static-libs).
 SYSTEM_LIBS := -lgcc_s -lutil -lrt -lpthread -lm -ldl
 
-.PHONY: help demo test fuzz accuracy bench install installcheck docs header lint release-abi need-cargo need-cc
+.PHONY: help demo test fuzz accuracy bench install installcheck wheel wheel-files docs header lint release-abi need-cargo need-cc
 
 help:
 	@echo "make demo       scans a simulated room and calibrates cameras; results in target/demo"
@@ -28,6 +28,7 @@ help:
 	@echo "make fuzz       ten million random inputs for every reader of outside bytes"
 	@echo "make bench      measures speed, ours and the peers'; target/bench.json"
 	@echo "make install    installs library, header, laser guard and ptzcal.pc (PREFIX=$(PREFIX), DESTDIR=)"
+	@echo "make wheel      the Python package with the library in it; target/wheels"
 	@echo "make docs       the manual and the header's reference as HTML and man page; target/docs"
 	@echo "make header     writes include/ptzcal.h anew from src/capi"
 	@echo "make lint       formatting and clippy"
@@ -105,6 +106,15 @@ install: need-cargo
 	  'Cflags: -I$${includedir}' 'Libs: -L$${libdir} -lptzcal' 'Libs.private: $(SYSTEM_LIBS)' \
 	  > $(DESTDIR)$(LIBDIR)/pkgconfig/ptzcal.pc
 	@echo "installed libptzcal.so.$(ABI).$(VERSION) in $(DESTDIR)$(LIBDIR)"
+
+# A Python wheel with the library in it: who installs it needs no compiler.
+wheel: need-cargo
+	$(PYTHON) -m pip wheel --no-deps --wheel-dir $(TARGET)/wheels ./bindings/python
+
+# Builds what goes into the wheel and says where it is (bindings/python/setup.py).
+wheel-files: need-cargo
+	@$(CARGO) build --release $(FEATURES) --lib --bins 1>&2
+	@echo "$(abspath $(TARGET))/release"
 
 # Installs into a scratch folder and builds a C program against it, as its users do.
 installcheck: need-cc
