@@ -331,8 +331,7 @@ pub unsafe extern "C" fn ptzcal_scan_camera_size(
     let error = unsafe { ErrorOut::new(error) };
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
-        let (scan, width, height) =
-            unsafe { (borrow(scan)?, Out::new(width, "width")?, Out::new(height, "height")?) };
+        let (scan, width, height) = unsafe { (borrow(scan)?, Out::new(width, "width")?, Out::new(height, "height")?) };
         let sizes = &scan.0.fixed_sizes;
         let none = || Error::invalid("camera", format!("{camera} of {}", sizes.len()));
         let (w, h) = sizes.get(camera as usize).ok_or_else(none)?;

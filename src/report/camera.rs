@@ -151,6 +151,10 @@ fn parameters(calibration: &Calibration) -> String {
     let camera = &calibration.camera;
     let mut rows = Vec::new();
     let mut row = |name: &str, value: f64, sigma: f64, unit: &str| {
+        // What was left out of the model.
+        if value == 0.0 && sigma == 0.0 {
+            return;
+        }
         let [value, sigma] = measured(value, sigma);
         rows.push(vec![name.to_owned(), value, sigma, unit.to_owned()]);
     };
@@ -172,13 +176,14 @@ fn parameters(calibration: &Calibration) -> String {
     let turn = log(&camera.pose.rotation);
     let centre = camera.centre();
     for (i, axis) in ["x", "y", "z"].into_iter().enumerate() {
-        let name = format!("rotation {axis}, world to camera");
+        let name = format!("rotation {axis}");
         row(&name, turn[i].to_degrees(), sigma(calibration, pose + i).to_degrees(), "&deg;");
     }
     for (i, axis) in ["x", "y", "z"].into_iter().enumerate() {
-        row(&format!("position {axis}, world"), centre[i], sigma(calibration, pose + 3 + i), "m");
+        row(&format!("position {axis}"), centre[i], sigma(calibration, pose + 3 + i), "m");
     }
     table(&["", "estimate", "standard deviation", "unit"], &rows, 1)
+        + "<p>The rotation is a vector, world to camera; the position is the camera's centre in the world.</p>\n"
 }
 
 fn figures(calibration: &Calibration, seen: &Seen, picture: Option<&ImageView<'_>>) -> Result<String> {

@@ -82,7 +82,7 @@ pub fn measurements(camera: &Camera, seen: &Seen, picture: Option<&ImageView<'_>
     }
     for point in &seen.points {
         let place = plane.place(&point.pixel);
-        if point.used { svg.circle(place, 3.0, USED) } else { svg.cross(place, 5.0, ASIDE, 2.0) }
+        if point.used { svg.circle(place, 4.0, USED) } else { svg.cross(place, 5.0, ASIDE, 2.0) }
     }
     plane.frame(&mut svg);
     Ok(svg.finish())

@@ -14,7 +14,9 @@ td.n,th.n{text-align:right;white-space:nowrap}\
 .good{border-left:6px solid #009e73;padding-left:10px}.doubt{border-left:6px solid #d55e00;padding-left:10px}\
 .figures{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,330px),1fr));gap:20px}\
 figure{margin:0;break-inside:avoid}figure.full{grid-column:1/-1}figure svg{width:100%;height:auto;display:block}\
+figure.full svg{max-width:640px}\
 figcaption{font-size:.88em;color:#333;margin-top:4px}code{font-size:.82em;overflow-wrap:anywhere}\
+@media (max-width:520px){table{font-size:.8em}th,td{padding-right:8px}}\
 @media print{body{font-size:11px;max-width:none;padding:0}.figures{grid-template-columns:1fr 1fr}\
 section{break-inside:auto}h2,h3{break-after:avoid}tr{break-inside:avoid}.wide{overflow:visible}}";
 

@@ -1,6 +1,6 @@
 //! The section of a scan: what was fired at, who saw it, and why not.
 
-use super::page::{counted, escape, figure, number, table, thinned, thinned_note, verdict};
+use super::page::{counted, escape, figure, table, thinned, thinned_note, verdict};
 use crate::draw::chart::{Axis, Chart, Mark, Series};
 use crate::rig::{Miss, Scan, ScanEnd, Shot, Sighting};
 
@@ -25,14 +25,14 @@ pub fn section(name: &str, scan: &Scan) -> String {
     html += &verdict(&warnings(scan), "Every position was taken.");
     let r = &scan.region;
     html += &format!(
-        "<p>{} of {} positions, pan {} to {}&deg; in {}, tilt {} to {}&deg; in {}{}.</p>\n",
+        "<p>{} of {} positions, pan {:.2} to {:.2}&deg; in {}, tilt {:.2} to {:.2}&deg; in {}{}.</p>\n",
         shots.len(),
         r.len(),
-        number(r.pan[0].to_degrees()),
-        number(r.pan[1].to_degrees()),
+        r.pan[0].to_degrees(),
+        r.pan[1].to_degrees(),
         counted(r.pan_steps as usize, "step"),
-        number(r.tilt[0].to_degrees()),
-        number(r.tilt[1].to_degrees()),
+        r.tilt[0].to_degrees(),
+        r.tilt[1].to_degrees(),
         counted(r.tilt_steps as usize, "step"),
         if scan.resumed > 0 {
             format!("; {} came from the journal", counted(scan.resumed, "shot"))

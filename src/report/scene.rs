@@ -60,10 +60,8 @@ impl Scene {
         let chart = Chart { title, x, y, series, equal: true };
         let note = thinned_note(self.points.len(), MOST);
         page.put("<section><h2>From above</h2>\n");
-        let caption = format!(
-            "Each camera with the edges of its view, up to the median distance of what it was measured with.{note}"
-        );
-        page.put(&wide_figure(&chart.to_svg(), &caption));
+        let caption = format!("Each camera with the edges of its view, up to the median distance of the points.{note}");
+        page.put(&wide_figure(&chart.to_compact_svg(), &caption));
         page.put("</section>\n");
     }
 
