@@ -88,6 +88,37 @@ fn example_detects_a_spot() {
 }
 
 #[test]
+fn plots() {
+    let Some(python) = environment("plots-venv", &["numpy", "matplotlib"], "numpy, matplotlib") else { return };
+    let mut command = Command::new(python);
+    command
+        .args(["-m", "unittest", "discover", "-s", "bindings/python/tests", "-p", "test_plots.py"])
+        .current_dir(root())
+        .env("PTZCAL_LIBRARY", library().shared())
+        .env("PYTHONPATH", root().join("bindings/python"))
+        .env("PYTHONDONTWRITEBYTECODE", "1");
+    let (success, text) = output(&mut command, Duration::from_secs(120));
+    assert!(success && text.contains("\nOK\n"), "{text}");
+}
+
+#[test]
+fn example_calibrates_a_fleet() {
+    let packages = ["numpy", "dask", "distributed"];
+    let Some(python) = environment("fleet-venv", &packages, "numpy, dask.distributed") else { return };
+    let mut command = Command::new(python);
+    command
+        .args(["examples/python/calibrate_fleet.py", "--cameras", "20", "--workers", "2"])
+        .current_dir(root())
+        .env("PTZCAL_LIBRARY", library().shared())
+        .env("PYTHONPATH", root().join("bindings/python"))
+        .env("PYTHONDONTWRITEBYTECODE", "1");
+    let (success, text) = output(&mut command, Duration::from_secs(120));
+    assert!(success && text.contains("18 of 20 cameras in "), "{text}");
+    // Those that see one wall only are refused, by name; the others do not suffer.
+    assert!(["camera 9: ", "camera 19: "].iter().all(|name| text.contains(&format!("{name}degenerate"))), "{text}");
+}
+
+#[test]
 fn example_surveys_two_stations() {
     if let Some(text) = run(&["examples/python/survey_two_stations.py"]) {
         let line = text.lines().find_map(|l| l.strip_prefix("B is turned by ")).unwrap();

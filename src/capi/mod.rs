@@ -76,6 +76,7 @@ pub mod pose;
 pub mod probe;
 pub mod progress;
 pub mod registration;
+pub mod report;
 pub mod rgbd;
 pub mod rig;
 pub mod rig_calibrated;

@@ -6,6 +6,7 @@
 //! too large or of another version is an error that says where.
 
 pub mod angle_json;
+mod base64;
 pub mod cameras;
 pub mod correspondence_csv;
 mod file;
@@ -27,6 +28,7 @@ pub mod vrml;
 pub mod zoom_json;
 
 pub use angle_json::{AngleMapRecord, LearningRecord, read_angle_map, write_angle_map};
+pub use base64::base64;
 pub use cameras::opencv::{OpenCvCamera, read_opencv, write_opencv_yaml};
 pub use cameras::{CameraFormat, NamedCamera, read_cameras, write_cameras};
 pub use correspondence_csv::{read_correspondences_csv, write_correspondences_csv};
@@ -36,7 +38,7 @@ pub use model::{read_cloud, read_mesh, write_cloud, write_mesh};
 pub use model_json::{CalibrationRecord, CameraRecord, read_camera, write_camera};
 pub use observation::{InputsRecord, ObservationRecord, OptionsRecord};
 pub use pcd::{PcdData, read_pcd, write_pcd};
-pub use picture::{read_depth, read_picture, write_depth, write_png};
+pub use picture::{encode_jpeg, read_depth, read_picture, write_depth, write_png};
 pub use ply::{read_ply, read_ply_mesh, write_ply, write_ply_mesh};
 pub use point_fields::CloudFile;
 pub use vrml::{read_vrml, write_vrml};

@@ -117,6 +117,7 @@ static ptzcal_pointing *fixture_pointing;
 static ptzcal_sweep *fixture_sweep;
 static ptzcal_exploration *fixture_exploration;
 static ptzcal_health_report *fixture_health_report;
+static ptzcal_report *fixture_report;
 
 static unsigned char fixture_pixels[16 * 12];
 static const uint16_t fixture_millimetres[64] = {1000};
@@ -704,10 +705,12 @@ static inline void make_fixtures(void)
   fixture_indices[0] = 0;
   make_pointing();
   make_exploration();
+  CHECK_OK(ptzcal_report_new("fixture", &fixture_report, NULL));
 }
 
 static inline void free_fixtures(void)
 {
+  ptzcal_report_free(fixture_report);
   ptzcal_plan_free(fixture_plan);
   ptzcal_label_free(fixture_label);
   ptzcal_study_free(fixture_study);

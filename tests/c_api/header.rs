@@ -80,6 +80,7 @@ const TOPICS: &[&str] = &[
     "locating",
     "sweep",
     "camera_list",
+    "report",
     "file",
 ];
 

@@ -84,6 +84,7 @@ from .planes import (
 )
 from .pose import Pose, PoseMethod, RoofEdges, estimate_pose_roof_edges
 from .probe import Figure, ProbeFigure, ProbeReport, learn_angles, probe
+from .report import Report
 from .rgbd import Rgbd, RgbdLinePairs, RgbdPairs, RgbdView
 from .rig import LogLevel, Rig, Settle
 from .rig_calibration import (
@@ -186,6 +187,7 @@ __all__ = [
     "ProbeReport",
     "Progress",
     "Region",
+    "Report",
     "Rgbd",
     "RgbdLinePairs",
     "RgbdPairs",

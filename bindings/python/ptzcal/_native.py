@@ -667,6 +667,7 @@ PROTOTYPES: Dict[str, tuple] = {
     ),
     "ptzcal_scan_free": (None, _handle),
     "ptzcal_scan_get_summary": (_status, _handle, _scan_summary, _error_out),
+    "ptzcal_scan_camera_size": (_status, _handle, c_uint32, _uint32_out, _uint32_out, _error_out),
     "ptzcal_scan_end": (_status, _handle, _error_out),
     "ptzcal_scan_get_shot": (_status, _handle, c_size_t, _shot, _error_out),
     "ptzcal_scan_get_spot": (_status, _handle, c_size_t, c_uint32, _spot, _error_out),
@@ -675,6 +676,17 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_roof_edges_add_plane_scan": (
         _status, _handle, _handle, _region, _uint32_out, _error_out,
     ),
+    # Reports.
+    "ptzcal_report_new": (_status, c_char_p, _handle_out, _error_out),
+    "ptzcal_report_free": (None, _handle),
+    "ptzcal_report_set_up": (_status, _handle, _array, _error_out),
+    "ptzcal_report_add_note": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_report_add_calibration": (_status, _handle, c_char_p, _handle, _handle, _image, _error_out),
+    "ptzcal_report_add_scan": (_status, _handle, c_char_p, _handle, _error_out),
+    "ptzcal_report_add_adjusted": (_status, _handle, c_char_p, _handle, _error_out),
+    "ptzcal_report_add_input": (_status, _handle, c_char_p, _array, c_size_t, _error_out),
+    "ptzcal_report_copy_html": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_report_save": (_status, _handle, c_char_p, _error_out),
     # Clouds and meshes.
     "ptzcal_cloud_new": (_status, _handle_out, _error_out),
     "ptzcal_cloud_from_scan": (_status, _handle, _handle_out, _error_out),

@@ -11,7 +11,7 @@ from typing import Any, Iterator, Optional, Tuple, Type
 import numpy as np
 
 from . import _native, _structs
-from ._arrays import address_of, address_of_optional, numbers, pixel_covariances, rows, unsigned
+from ._arrays import address_of, address_of_optional, contiguous, numbers, pixel_covariances, rows, unsigned
 from ._native import Handle, call, lib
 from .camera import Camera
 from .errors import Error, SpotAmbiguous, SpotNotFound
@@ -250,7 +250,7 @@ def _regions(regions: Any, n: int) -> Tuple[np.ndarray, int]:
     array = np.asarray(regions)
     if array.dtype.kind not in "iu" or array.shape != (n,):
         raise ValueError(f"regions must be {n} whole numbers, not {array.dtype} {array.shape}")
-    array = np.ascontiguousarray(array, np.int32)
+    array = contiguous(array, np.int32)
     return array, int(max(array.max(initial=-1), -1)) + 1
 
 
@@ -374,7 +374,7 @@ def _matched(station_a: Planes, station_b: Planes, pairs: Any) -> Registration:
     array = np.asarray(pairs)
     if array.dtype.kind not in "iu" or array.ndim != 2 or array.shape[1] != 2 or array.min(initial=0) < 0:
         raise ValueError(f"pairs must be whole numbers of shape (n, 2), not {array.dtype} {array.shape}")
-    array = np.ascontiguousarray(array, np.uint32)
+    array = contiguous(array, np.uint32)
     stations = station_a._pointer, station_b._pointer
     function = lib.ptzcal_register_matched_planes
     return Registration(function, *stations, address_of(array), len(array))
