@@ -26,7 +26,7 @@ STRIP ?= strip
 MULTIARCH := $(shell dpkg-architecture -qDEB_HOST_MULTIARCH 2>/dev/null || $${CC:-cc} -print-multiarch 2>/dev/null)
 DEB := $(TARGET)/deb
 
-.PHONY: help demo test fuzz accuracy bench install install-build install-files installcheck deb header lint release-abi need-cargo need-cc
+.PHONY: help demo test fuzz accuracy bench install install-build install-files installcheck deb wheel wheel-files docs header lint release-abi need-cargo need-cc
 
 help:
 	@echo "make demo       scans a simulated room and calibrates cameras; results in target/demo"
@@ -37,6 +37,8 @@ help:
 	@echo "make install    installs libraries, headers, laser guard, ptzcal.pc, CMake package (PREFIX=$(PREFIX), DESTDIR=)"
 	@echo "make deb        makes Debian packages; $(DEB)"
 	@echo "make installcheck  builds the examples against what was installed, and against the packages"
+	@echo "make wheel      the Python package with the library in it; target/wheels"
+	@echo "make docs       the manual and the header's reference as HTML and man page; target/docs"
 	@echo "make header     writes include/ptzcal.h and bindings/cpp anew from src/capi"
 	@echo "make lint       formatting and clippy"
 
@@ -69,12 +71,18 @@ bench: need-cargo
 	@command -v $(PYTHON) >/dev/null || { echo "SKIPPED the peers: $(PYTHON) is not installed"; exit 0; }; \
 	set -e; venv="$(TARGET)/bench-venv"; \
 	[ -x "$$venv/bin/python" ] || $(PYTHON) -m venv "$$venv"; \
-	for package in numpy scipy opencv-python-headless open3d; do \
+	for package in numpy scipy opencv-python-headless open3d plyfile; do \
 	  "$$venv/bin/python" -m pip install --quiet --disable-pip-version-check "$$package" || echo "$$package cannot be installed"; \
 	done; \
 	"$$venv/bin/python" -c 'import numpy' 2>/dev/null || { echo "SKIPPED the peers: NumPy cannot be installed"; exit 0; }; \
 	PTZCAL_LIBRARY="$(abspath $(TARGET))/release/libptzcal.so" PYTHONPATH=bindings/python \
 	  "$$venv/bin/python" benches/peers/bench.py --out "$(TARGET)/bench.json"
+
+docs:
+	@command -v doxygen >/dev/null || { echo "doxygen is missing (Debian: apt-get install doxygen)"; exit 1; }
+	mkdir -p $(TARGET)/docs
+	PTZCAL_DOCS=$(TARGET)/docs doxygen docs/Doxyfile
+	@echo "the manual: $(TARGET)/docs/html/index.html"
 
 header: need-cargo
 	PTZCAL_UPDATE_HEADER=1 $(CARGO) test --quiet --test c_api the_header_is_what_the_sources_make
@@ -120,6 +128,15 @@ install-files:
 	  $(FILL) packaging/$$file.in > $(DESTDIR)$(LIBDIR)/cmake/ptzcal/$$file; \
 	done
 	@echo "installed libptzcal.so.$(ABI).$(VERSION) in $(DESTDIR)$(LIBDIR)"
+
+# A Python wheel with the library in it: who installs it needs no compiler.
+wheel: need-cargo
+	$(PYTHON) -m pip wheel --no-deps --wheel-dir $(TARGET)/wheels ./bindings/python
+
+# Builds what goes into the wheel and says where it is (bindings/python/setup.py).
+wheel-files: need-cargo
+	@$(CARGO) build --release $(FEATURES) --lib --bins 1>&2
+	@echo "$(abspath $(TARGET))/release"
 
 # From the installed tree, without debhelper. Built on the oldest Debian that they shall run on.
 deb: install-build

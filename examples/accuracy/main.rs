@@ -11,6 +11,8 @@ mod data;
 #[path = "../../tests/support/edges.rs"]
 mod edges;
 mod end_to_end;
+#[path = "../../tests/support/explore.rs"]
+mod exploring;
 mod figure;
 mod groups;
 mod joint;
@@ -19,11 +21,15 @@ mod lines;
 #[path = "../../tests/support/meva.rs"]
 mod meva;
 mod model;
+mod optimal_design;
 mod outliers;
 #[path = "../../tests/support/pcd.rs"]
 mod pcd;
+mod pointing;
 mod real;
 mod settle;
+#[path = "../../tests/support/pointing.rs"]
+mod setups;
 mod simulated;
 mod stations;
 mod study;
@@ -96,6 +102,9 @@ fn main() -> std::io::Result<()> {
     }
     if wanted("stations") {
         stations::run(scale(400), &mut report);
+    }
+    if wanted("pointing") {
+        pointing::run(scale(400), &mut report);
     }
     if wanted("real") {
         real::run(&mut report);

@@ -1,12 +1,14 @@
 """Click into a fixed camera's picture, and the pan-tilt camera looks there; on the simulated rig.
 
-The head surveys the room with its laser and calibrates the fixed camera with it; each click on the
-floor then turns the head. The simulator's truth says what the head camera has at its picture's centre.
+The head finds out where the fixed camera sees its laser, surveys that part of the room and calibrates
+the camera with it; each click on the floor then turns the head. The simulator's truth says what the head
+camera has at its picture's centre.
 
     click_to_point.py [PAN_STEPS TILT_STEPS]
 """
 
 import sys
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,9 +20,16 @@ FLOOR = 1.2  # metres below the rig
 
 def main():
     pan_steps, tilt_steps = (int(n) for n in sys.argv[1:3]) if len(sys.argv) > 2 else (24, 16)
-    region = ptzcal.Region(-0.5, 0.43, -0.36, 0.33, pan_steps, tilt_steps)
     worst = 0.0
     with ptzcal.Rig.open("sim:room") as rig:
+        found = ptzcal.explore(rig, ["sim:fixed/0"])
+        visible = found.visible[0]
+        region = replace(visible.region, pan_steps=pan_steps, tilt_steps=tilt_steps)
+        low, high = np.degrees([(region.pan_min, region.tilt_min), (region.pan_max, region.tilt_max)])
+        print(
+            f"{len(found.scan)} shots: visible from pan {low[0]:.0f} to {high[0]:.0f}, "
+            f"tilt {low[1]:.0f} to {high[1]:.0f} degrees, {visible.share:.0%} of that"
+        )
         scan = rig.scan_region(region, ["sim:fixed/0"])
         simulator = rig.simulator()
         truth = simulator.true_camera(0)

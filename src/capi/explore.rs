@@ -36,7 +36,7 @@ impl Handle for ptzcal_exploration {
 pub struct ptzcal_explore_options {
     /// Set by ptzcal_explore_options_init.
     pub struct_size: u32,
-    /// Most shots, 4 to 10000.
+    /// Most shots, 4 to 500.
     pub max_shots: u32,
     /// 0.
     pub reserved: [u32; 2],
@@ -48,7 +48,7 @@ pub struct ptzcal_explore_options {
     pub tilt_min: f64,
     /// Greatest reading of tilt, radians; INFINITY likewise.
     pub tilt_max: f64,
-    /// Distance of shots that are near enough to each other, radians.
+    /// Shots are no nearer to each other than this, 0.01 to 1 radians.
     pub tolerance: f64,
     /// Steps of the regions that come out, radians.
     pub spacing: f64,
@@ -85,7 +85,7 @@ pub struct ptzcal_visible {
     pub seen: u32,
     /// Of them those that the head camera saw too.
     pub measured: u32,
-    /// Part of the region's positions that the camera sees, by the shot nearest to each.
+    /// Part of the region's positions that the camera sees, as far as the shots tell.
     pub share: f64,
 }
 
@@ -295,8 +295,8 @@ pub unsafe extern "C" fn ptzcal_exploration_get_visible(
     })
 }
 
-/// For each position of the region, tilt step * pan_steps + pan step: 1 when the camera saw the spot of
-/// the shot nearest to it, else 0.
+/// For each position of the region, tilt step * pan_steps + pan step: 1 when the camera sees the spot there,
+/// as far as the shots about it tell, else 0.
 ///
 /// @param exploration The exploration.
 /// @param camera      The fixed camera's number.

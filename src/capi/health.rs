@@ -6,7 +6,9 @@
 
 use std::ffi::{CString, c_char};
 
-use super::args::BufferOut;
+use nalgebra::{Matrix2, Vector2};
+
+use super::args::{BufferOut, array, vectors};
 use super::calibrate::ptzcal_calibration;
 use super::call::{ErrorOut, guard, guard_or};
 use super::error::{c_string, ptzcal_error};
@@ -15,9 +17,11 @@ use super::rig_model::ptzcal_rig_model;
 use super::scan::ptzcal_scan;
 use super::sized::{self, SizedOut, SizedStruct};
 use super::status::ptzcal_status;
-use crate::error::Error;
+use crate::error::{Error, Result};
 use crate::geometry::RigModel;
-use crate::health::{HealthOptions, HealthReport, MAX_SHOTS, ShotState, check_health, choose_shots, pair_shots};
+use crate::health::{
+    HealthOptions, HealthReport, HealthShot, MAX_SHOTS, ShotState, Spot, check_health, choose_shots, pair_shots,
+};
 
 /// What a check says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -262,16 +266,96 @@ pub unsafe extern "C" fn ptzcal_health_check(
                 if options.is_null() { SizedStruct::initial() } else { sized::read(options)? },
             )
         };
-        let given: ptzcal_health_options = given;
-        let options = HealthOptions {
-            false_alarm: given.false_alarm,
-            pointing_sigma: [given.pan_sigma, given.tilt_sigma],
-            ..HealthOptions::default()
-        };
         let shots = pair_shots(&before.0, &again.0, camera as usize)?;
-        let report = check_health(&RigModel::try_from(model)?, &calibration.answer, &shots, &options)?;
-        let reason = c_string(&report.reason);
-        out.give(ptzcal_health_report { report, reason });
+        out.give(check(model, calibration, &shots, given)?);
+        Ok(())
+    })
+}
+
+fn check(
+    model: ptzcal_rig_model,
+    calibration: &ptzcal_calibration,
+    shots: &[HealthShot],
+    given: ptzcal_health_options,
+) -> Result<ptzcal_health_report> {
+    let options = HealthOptions {
+        false_alarm: given.false_alarm,
+        pointing_sigma: [given.pan_sigma, given.tilt_sigma],
+        ..HealthOptions::default()
+    };
+    let report = check_health(&RigModel::try_from(model)?, &calibration.answer, shots, &options)?;
+    let reason = c_string(&report.reason);
+    Ok(ptzcal_health_report { report, reason })
+}
+
+/// The same from spots that the host measured itself, at the same readings before and now, without a rig
+/// and without scans.
+///
+/// @param model       The rig.
+/// @param calibration The fixed camera as it was, in the rig's frame.
+/// @param readings    2 n numbers: pan and tilt of each shot, the device's readings, radians.
+/// @param spots       20 n numbers: for each shot the spot in the head camera and in the fixed one before,
+///                    then in the head camera and in the fixed one now; of each u, v, pixels, and its
+///                    covariance xx, xy, yy, px^2, positive definite.
+/// @param seen        2 n bytes: was the spot of each shot seen now in the head camera, in the fixed one? 0:
+///                    no, and its numbers do not matter, but for being finite; may be NULL: all were seen.
+/// @param n           Number of shots, 1 to 10000.
+/// @param options     The options; may be NULL: the defaults.
+/// @param report      Receives the report; free it with ptzcal_health_report_free.
+/// @param error       Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK, whatever the verdict; PTZCAL_STATUS_INVALID_ARGUMENT,
+///         PTZCAL_STATUS_NOT_FINITE for input that makes no sense.
+///
+/// Threads: shared.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_health_check_spots(
+    model: *const ptzcal_rig_model,
+    calibration: *const ptzcal_calibration,
+    readings: *const f64,
+    spots: *const f64,
+    seen: *const u8,
+    n: usize,
+    options: *const ptzcal_health_options,
+    report: *mut *mut ptzcal_health_report,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (out, model, calibration, readings, spots, given) = unsafe {
+            (
+                HandleOut::new(report)?,
+                sized::read(model)?,
+                borrow(calibration)?,
+                vectors::<2>(readings, n, "readings")?,
+                vectors::<20>(spots, n, "spots")?,
+                if options.is_null() { SizedStruct::initial() } else { sized::read(options)? },
+            )
+        };
+        if n == 0 || n > MAX_SHOTS {
+            return Err(Error::invalid("n", format!("{n} is not in [1, {MAX_SHOTS}]")));
+        }
+        // SAFETY: the caller keeps the header's rules for pointers; 2 n does not overflow.
+        let seen = if seen.is_null() { &[] } else { unsafe { array(seen, 2 * n, "seen")? } };
+        let shot = |(i, (reading, spots)): (usize, (&[f64; 2], &[f64; 20]))| {
+            let spot = |k: usize| {
+                let [u, v, xx, xy, yy] = std::array::from_fn(|j| spots[5 * k + j]);
+                Spot { pixel: Vector2::new(u, v), covariance: Matrix2::new(xx, xy, xy, yy) }
+            };
+            let now = |k: usize| (seen.get(2 * i + k) != Some(&0)).then(|| spot(2 + k));
+            HealthShot {
+                pan: reading[0],
+                tilt: reading[1],
+                head: spot(0),
+                fixed: spot(1),
+                head_again: now(0),
+                fixed_again: now(1),
+            }
+        };
+        let shots: Vec<HealthShot> = readings.iter().zip(spots).enumerate().map(shot).collect();
+        out.give(check(model, calibration, &shots, given)?);
         Ok(())
     })
 }

@@ -31,7 +31,7 @@ const STEEPEST: f64 = 4.0;
 const LARGEST_DISC: f64 = 0.05;
 /// A surface ends where the ray is nearer to its last points than this many of its standard deviations.
 const EDGE_SIGMAS: f64 = 2.0;
-/// Part of the points about the ray that have to lie on one plane.
+/// Part of the points about the ray that have to lie on one plane, or the two of a bend.
 const FLAT: f64 = 0.75;
 
 /// How well the points of a cloud are known.
@@ -181,17 +181,25 @@ impl CloudSurface {
         let axes = axes(ray);
         let normal = (axes[0] - axes[1] * fit.slope.x - axes[2] * fit.slope.y).normalize();
         let margin = EDGE_SIGMAS * deviation * distance;
-        let on_surface: Vec<Vector2<f64>> =
-            samples.iter().zip(&fit.used).filter(|(_, used)| **used).map(|(s, _)| s.row.yz()).collect();
-        let flat = on_surface.len() as f64 >= FLAT * samples.len() as f64;
-        let sure = flat && surrounds(&on_surface, margin);
-        let hit = CloudHit {
-            distance,
-            variance: fit.variance,
-            normal,
-            points: on_surface.len(),
-            edge: (!sure).then_some(Edge { other: None }),
-        };
+        let (on, off): (Vec<_>, Vec<_>) = samples.iter().zip(&fit.used).partition(|(_, used)| **used);
+        let [mut on, off] = [on, off].map(|part| part.into_iter().map(|(s, _)| s.clone()).collect::<Vec<Sample>>());
+        let points = on.len();
+        let mut variance = fit.variance + plane::bend(samples, &fit).unwrap_or(0.0);
+        // Where the surface bends between the ray's next samples, it may follow either of its two planes.
+        let reach = self.discs[middle.index] + margin;
+        let beside = off.iter().any(|s| s.across().norm() <= reach);
+        if let Some(other) = beside.then(|| plane::fit(&off)).flatten() {
+            let apart = (other.offset - fit.offset).abs();
+            if apart <= (other.slope - fit.slope).norm() * reach {
+                variance += (0.5 * apart).powi(2);
+                on.extend(off.into_iter().zip(&other.used).filter(|(_, used)| **used).map(|(s, _)| s));
+            }
+        }
+        let explained = on.len() as f64 >= FLAT * samples.len() as f64;
+        let places: Vec<Vector2<f64>> = on.iter().map(Sample::across).collect();
+        let sure = explained && surrounds(&places, margin);
+        let edge = (!sure).then_some(Edge { other: None });
+        let hit = CloudHit { distance, variance, normal, points, edge };
         Some(hit).filter(|h| h.distance > 0.0 && h.distance.is_finite() && h.variance.is_finite())
     }
 

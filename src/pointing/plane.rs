@@ -1,6 +1,6 @@
 //! A plane through the points about a ray, local and robust: along = offset + slope . across.
 
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector2, Vector3};
 
 use crate::geometry::linalg::invert_spd;
 
@@ -15,8 +15,11 @@ const STARTS: usize = 60;
 /// for two surfaces.
 const MOST_SPREAD: f64 = 2.0;
 const MIN_POINTS: usize = 4;
+/// Rays nearer than this to a surface do not measure it, radians.
+const GRAZING: f64 = 0.02;
 
 /// A point in the ray's axes.
+#[derive(Debug, Clone)]
 pub(super) struct Sample {
     /// 1 and the coordinates across the ray, metres.
     pub row: Vector3<f64>,
@@ -39,6 +42,18 @@ pub(super) struct LocalPlane {
 }
 
 impl Sample {
+    /// Its place across the ray, metres.
+    pub fn across(&self) -> Vector2<f64> {
+        self.row.yz()
+    }
+
+    /// A surface that a measurement's ray runs along cannot have been measured by it, and its residuals
+    /// would have no variance.
+    fn could_measure(&self, plane: &Vector3<f64>) -> bool {
+        let normal = 1.0 + plane.y * plane.y + plane.z * plane.z;
+        self.covariance.is_none_or(|c| self.variance(plane) >= GRAZING * GRAZING * normal * c.trace())
+    }
+
     fn residual(&self, plane: &Vector3<f64>) -> f64 {
         self.along - self.row.dot(plane)
     }
@@ -91,10 +106,31 @@ pub(super) fn fit(samples: &[Sample]) -> Option<LocalPlane> {
         let factor = sum / (count - 3) as f64;
         let factor = if known { factor.max(1.0) } else { factor };
         let variance = (inverse * meat * inverse)[(0, 0)] * factor;
-        result = Some(LocalPlane { offset: next.x, slope: next.yz(), variance, used });
+        let seen = samples.iter().zip(&used).all(|(s, used)| !used || s.could_measure(&next));
+        result = seen.then(|| LocalPlane { offset: next.x, slope: next.yz(), variance, used });
         plane = next;
     }
     result
+}
+
+/// Squared difference at the ray between a plane and a paraboloid through its points: what the surface may
+/// bend. Added to the plane's variance it makes, on average, the paraboloid's and the bend's square: what
+/// robust inference after a local fit allows for (Calonico, Cattaneo and Titiunik, Econometrica 2014).
+pub(super) fn bend(samples: &[Sample], fit: &LocalPlane) -> Option<f64> {
+    let plane = Vector3::new(fit.offset, fit.slope.x, fit.slope.y);
+    let on: Vec<&Sample> = samples.iter().zip(&fit.used).filter(|(_, used)| **used).map(|(s, _)| s).collect();
+    let (mut h, mut g) = (DMatrix::zeros(6, 6), DVector::zeros(6));
+    let scale = on.iter().map(|s| s.across().norm()).fold(1e-12, f64::max);
+    for s in &on {
+        let (x, y) = (s.row.y / scale, s.row.z / scale);
+        let row = DVector::from_row_slice(&[1.0, x, y, x * x, x * y, y * y]);
+        let weight = s.kernel / s.variance(&plane);
+        h += &row * row.transpose() * weight;
+        g += row * (weight * s.residual(&plane));
+    }
+    let (inverse, condition) = invert_spd(&h)?;
+    let found = &inverse * g;
+    (condition < 1e12 && on.len() > 6).then(|| found[0].powi(2))
 }
 
 /// The plane through three points that most agree with, near ones before far ones.
@@ -118,7 +154,10 @@ fn start(samples: &[Sample], known: bool) -> Option<Vector3<f64>> {
         let Some(back) = rows.try_inverse() else { continue };
         let plane = back * Vector3::from(three.map(|s| s.along));
         let cost = cost(&plane);
-        if plane.iter().all(|v| v.is_finite()) && best.as_ref().is_none_or(|(least, _)| cost < *least) {
+        if plane.iter().all(|v| v.is_finite())
+            && three.iter().all(|s| s.could_measure(&plane))
+            && best.as_ref().is_none_or(|(least, _)| cost < *least)
+        {
             best = Some((cost, plane));
         }
     }
@@ -126,7 +165,7 @@ fn start(samples: &[Sample], known: bool) -> Option<Vector3<f64>> {
 }
 
 fn inverse(h: &Matrix3<f64>) -> Option<Matrix3<f64>> {
-    let dynamic = nalgebra::DMatrix::from_fn(3, 3, |i, j| h[(i, j)]);
+    let dynamic = DMatrix::from_fn(3, 3, |i, j| h[(i, j)]);
     let (inverse, condition) = invert_spd(&dynamic)?;
     (condition < 1e12).then(|| Matrix3::from_fn(|i, j| inverse[(i, j)]))
 }

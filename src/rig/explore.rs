@@ -1,12 +1,13 @@
 //! Exploring: where, of all that the head can reach, a fixed camera sees the laser's spot.
 //!
 //! A wide lattice of shots, made denser until every camera has seen some. Then, for each camera in turn,
-//! the shot that is farthest from all others and yet next to what the camera has seen (farthest-point
-//! sampling; Eldar and others 1997): what is visible and its rim become dense, and nothing else does.
+//! the shot whose outcome is the most doubtful (active learning of a level set): the rim of what is
+//! visible becomes dense, and nothing else does.
 
 use std::ops::ControlFlow;
 
 use super::acquire::FixedCamera;
+use super::level_set::LevelSet;
 use super::region::ScanRegion;
 use super::scan::ScanOptions;
 use super::shot::{Scan, ScanEnd, Shot};
@@ -18,21 +19,15 @@ use crate::error::{Error, Result};
 const FIRST_SPACING: [f64; 2] = [0.61, 0.31];
 /// Sightings of a camera before what is about them is looked at.
 const ENOUGH: usize = 2;
-/// A shot is next to a sighting when its distance from that is at most so many times its distance from
-/// the nearest shot.
-const NEXT_TO: f64 = 1.3;
-/// Tilt counts more than pan: pictures are wider than high.
-const TILT_WEIGHT: f64 = 1.3;
-
 /// How the head's reach is explored.
 #[derive(Debug, Clone)]
 pub struct ExploreOptions {
     /// Least and greatest readings to look at, radians; the head's reach is the limit.
     pub pan: [f64; 2],
     pub tilt: [f64; 2],
-    /// Distance of shots that are near enough to each other, radians.
+    /// Shots are no nearer to each other than this, 0.01 to 1 radians.
     pub tolerance: f64,
-    /// Most shots.
+    /// Most shots, 4 to 500.
     pub max_shots: usize,
     /// Steps of the regions that come out, radians.
     pub spacing: f64,
@@ -58,8 +53,8 @@ impl Default for ExploreOptions {
 pub struct Visible {
     /// The range, with the steps asked for: ready for [`scan_region`](super::scan_region).
     pub region: ScanRegion,
-    /// For each position of the region, row by row: did the camera see the spot of the shot nearest to
-    /// it?
+    /// For each position of the region, row by row: does the camera see the spot there, as far as the
+    /// shots about it tell?
     pub mask: Vec<bool>,
     /// Part of the mask that is seen.
     pub share: f64,
@@ -95,8 +90,8 @@ pub fn explore(
     }
     let mut search = Search::new(limits, options, fixed.len());
     let scan = fire(rig, &options.scan, fixed, options.max_shots, &mut |shots| search.next(shots), progress)?;
-    let found = |camera| search.visible(&scan.shots, camera, options);
-    let cameras: Vec<Result<Visible>> = (0..scan.fixed_sizes.len()).map(found).collect();
+    let mut found = |camera| search.visible(&scan.shots, camera, options);
+    let cameras: Vec<Result<Visible>> = (0..fixed.len()).map(&mut found).collect();
     let none = cameras.iter().all(Result::is_err);
     if none && scan.end == ScanEnd::Complete {
         let head = scan.counts().head;
@@ -134,19 +129,21 @@ impl ExploreOptions {
             }
         }
         check_reach(&rig.capabilities, limits[0][0], limits[1][0])?;
-        for (name, value) in [("explore.tolerance", self.tolerance), ("explore.spacing", self.spacing)] {
-            if !(1e-3..=1.0).contains(&value) {
-                return Err(Error::invalid(name, format!("{value} rad is not in [0.001, 1]")));
+        for (name, value, least) in
+            [("explore.tolerance", self.tolerance, 0.01), ("explore.spacing", self.spacing, 1e-3)]
+        {
+            if !(least..=1.0).contains(&value) {
+                return Err(Error::invalid(name, format!("{value} rad is not in [{least}, 1]")));
             }
         }
-        if !(4..=10_000).contains(&self.max_shots) {
-            return Err(Error::invalid("explore.max_shots", format!("{} is not in [4, 10000]", self.max_shots)));
+        if !(4..=500).contains(&self.max_shots) {
+            return Err(Error::invalid("explore.max_shots", format!("{} is not in [4, 500]", self.max_shots)));
         }
         Ok(limits)
     }
 }
 
-/// The state of a search: nothing but the lattice; all else follows from the shots.
+/// The state of a search.
 struct Search {
     limits: [[f64; 2]; 2],
     tolerance: f64,
@@ -155,21 +152,34 @@ struct Search {
     /// Cells of the lattice in pan and tilt, and its positions that are still to come.
     cells: [usize; 2],
     waiting: Vec<[f64; 2]>,
+    /// Where each camera sees the spot, from the shots so far.
+    field: LevelSet,
 }
 
-fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
-    (a[0] - b[0]).hypot(TILT_WEIGHT * (a[1] - b[1]))
+/// `count` places from end to end of a range.
+fn spread([low, high]: [f64; 2], count: usize) -> impl Iterator<Item = f64> + Clone {
+    (0..count).map(move |i| low + (high - low) * i as f64 / (count - 1).max(1) as f64)
 }
 
-fn place(s: &Shot) -> [f64; 2] {
-    [s.pan, s.tilt]
+/// Steps of at most `spacing` from end to end of a range, both ends counted.
+fn steps([low, high]: [f64; 2], spacing: f64) -> usize {
+    ((high - low) / spacing).ceil() as usize + 1
 }
 
 impl Search {
     fn new(limits: [[f64; 2]; 2], options: &ExploreOptions, cameras: usize) -> Self {
         let cells = [0, 1].map(|i| (((limits[i][1] - limits[i][0]) / FIRST_SPACING[i]).ceil() as usize).max(2));
-        let mut search =
-            Self { limits, tolerance: options.tolerance, most: options.max_shots, cameras, cells, waiting: Vec::new() };
+        let [pans, tilts] = limits.map(|range| spread(range, steps(range, options.tolerance)));
+        let candidates = tilts.flat_map(|tilt| pans.clone().map(move |pan| [pan, tilt]));
+        let mut search = Self {
+            limits,
+            tolerance: options.tolerance,
+            most: options.max_shots,
+            cameras,
+            cells,
+            waiting: Vec::new(),
+            field: LevelSet::new(cameras, candidates),
+        };
         search.waiting = search.lattice(0.5);
         search
     }
@@ -190,8 +200,16 @@ impl Search {
         all
     }
 
+    /// Takes in the shots that are new.
+    fn learn(&mut self, shots: &[Shot]) {
+        for shot in shots.iter().skip(self.field.len()) {
+            self.field.add([shot.pan, shot.tilt], shot.fixed.iter().map(|f| f.is_ok()));
+        }
+    }
+
     /// Where the next shot is to be.
     fn next(&mut self, shots: &[Shot]) -> Option<(f64, f64)> {
+        self.learn(shots);
         if let Some([pan, tilt]) = self.waiting.pop() {
             return Some((pan, tilt));
         }
@@ -205,77 +223,48 @@ impl Search {
             self.cells = self.cells.map(|c| 2 * c);
             return self.next(shots);
         }
-        // Each camera in its turn; when it has enough, the others.
-        (0..self.cameras).find_map(|i| self.widest_gap(shots, (shots.len() + i) % self.cameras))
+        // Each camera in its turn; when nothing is in doubt of it, the others.
+        let doubtful = |i| self.field.most_doubtful((shots.len() + i) % self.cameras, self.tolerance);
+        (0..self.cameras).find_map(doubtful).map(|[pan, tilt]| (pan, tilt))
     }
 
-    /// The place farthest from all shots and next to what a camera has seen.
-    fn widest_gap(&self, shots: &[Shot], camera: usize) -> Option<(f64, f64)> {
-        let nearest = |at: [f64; 2], wanted: &dyn Fn(&Shot) -> bool| {
-            let all = shots.iter().filter(|s| wanted(s)).map(|s| apart(place(s), at));
-            all.fold(f64::INFINITY, f64::min)
-        };
-        let counts = [0, 1].map(|i| ((self.limits[i][1] - self.limits[i][0]) / self.tolerance).ceil() as usize + 1);
-        let mut best = (self.tolerance, None);
-        for i in 0..counts[0] * counts[1] {
-            let at: [f64; 2] = std::array::from_fn(|axis| {
-                let [low, high] = self.limits[axis];
-                let k = if axis == 0 { i % counts[0] } else { i / counts[0] };
-                low + (high - low) * k as f64 / (counts[axis] - 1).max(1) as f64
-            });
-            let gap = nearest(at, &|_| true);
-            if gap > best.0 && nearest(at, &|s| s.fixed[camera].is_ok()) <= NEXT_TO * gap {
-                best = (gap, Some((at[0], at[1])));
-            }
-        }
-        best.1
-    }
-
-    /// The range of what a camera saw, half way to what it did not see.
-    fn visible(&self, shots: &[Shot], camera: usize, options: &ExploreOptions) -> Result<Visible> {
+    /// The range in which a camera sees the spot.
+    fn visible(&mut self, shots: &[Shot], camera: usize, options: &ExploreOptions) -> Result<Visible> {
+        self.learn(shots);
         let seen: Vec<&Shot> = shots.iter().filter(|s| s.fixed[camera].is_ok()).collect();
-        if seen.is_empty() {
+        let Some(first) = seen.first() else {
             let reason = format!("fixed camera {camera} saw the laser's spot in none of {} shots", shots.len());
             return Err(Error::NotFound { reason });
-        }
-        let range = |axis: usize| {
-            let mut range = [-1.0, 1.0].map(|sign| sign * self.end(shots, &seen, camera, axis, sign));
-            // Of a single sighting without room about it.
-            if range[0] >= range[1] {
-                range = [range[1], range[0]];
-            }
-            range
         };
-        let steps = |[low, high]: [f64; 2]| ((high - low) / options.spacing).ceil() as u32 + 1;
-        let (pan, tilt) = (range(0), range(1));
-        let region = ScanRegion { pan, tilt, pan_steps: steps(pan), tilt_steps: steps(tilt) };
-        let mask: Vec<bool> = (0..region.len() as u32)
-            .map(|i| {
-                let (pan, tilt) = region.position(i);
-                let from = |s: &&Shot| apart(place(s), [pan, tilt]);
-                let nearest = shots.iter().min_by(|a, b| from(a).total_cmp(&from(b)));
-                nearest.is_some_and(|s| s.fixed[camera].is_ok())
-            })
-            .collect();
+        let sees = self.field.rule(camera);
+        // Around all that is seen, half a step wider.
+        let mut ranges = [[first.pan; 2], [first.tilt; 2]];
+        let [pans, tilts] = self.limits.map(|range| spread(range, steps(range, options.spacing)));
+        let places = tilts.flat_map(|tilt| pans.clone().map(move |pan| [pan, tilt]));
+        for at in places.filter(|at| sees(*at)) {
+            for (range, value) in ranges.iter_mut().zip(at) {
+                *range = [range[0].min(value), range[1].max(value)];
+            }
+        }
+        let half = 0.5 * options.spacing;
+        let widened = |axis: usize| {
+            let ([low, high], [least, most]) = (ranges[axis], self.limits[axis]);
+            [(low - half).max(least), (high + half).min(most)]
+        };
+        let (pan, tilt) = (widened(0), widened(1));
+        let count = |range| steps(range, options.spacing) as u32;
+        let region = ScanRegion { pan, tilt, pan_steps: count(pan), tilt_steps: count(tilt) };
+        let position = |i| {
+            let (pan, tilt) = region.position(i);
+            sees([pan, tilt])
+        };
+        let mask: Vec<bool> = (0..region.len() as u32).map(position).collect();
         Ok(Visible {
-            region,
             share: mask.iter().filter(|m| **m).count() as f64 / mask.len() as f64,
+            region,
             mask,
             seen: seen.len(),
             measured: seen.iter().filter(|s| s.point.is_some()).count(),
         })
-    }
-
-    /// How far out a camera sees, along an axis times `sign`: half way from its outermost sighting to the
-    /// next miss in about the same row, but no more than two tolerances.
-    fn end(&self, shots: &[Shot], seen: &[&Shot], camera: usize, axis: usize, sign: f64) -> f64 {
-        let out = |s: &Shot| sign * place(s)[axis];
-        let limit = sign * self.limits[axis][usize::from(sign > 0.0)];
-        let Some(outermost) = seen.iter().max_by(|a, b| out(a).total_cmp(&out(b))) else { return limit };
-        let row = 4.0 * self.tolerance;
-        let beside = |m: &&Shot| (place(m)[1 - axis] - place(outermost)[1 - axis]).abs() <= row;
-        let misses = shots.iter().filter(|m| m.fixed[camera].is_err() && out(m) > out(outermost)).filter(beside);
-        let next = misses.map(out).fold(limit, f64::min);
-        (out(outermost) + (0.5 * (next - out(outermost))).min(2.0 * self.tolerance)).min(limit)
     }
 }

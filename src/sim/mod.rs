@@ -52,7 +52,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::control::{Clock, Log, unpoisoned};
 use crate::device::PanTiltZoom;
 use crate::error::{Error, Result};
-use crate::geometry::{Camera, RigModel, Rigid};
+use crate::geometry::{Camera, RigModel, Rigid, rigid};
 use sensor::{NoiseTable, Sensor};
 use visca_device::{EmulatorOptions, ViscaDevice};
 use world::{CameraId, World};
@@ -188,6 +188,24 @@ impl Simulator {
     /// Changes what goes wrong from now on.
     pub fn set_faults(&self, faults: Faults) {
         self.0.world().set_faults(faults);
+    }
+
+    /// Somebody turns and moves a fixed camera: `turn` (axis times radians, its own axes) and `shift`
+    /// (metres, room).
+    ///
+    /// # Errors
+    /// `InvalidArgument` when there is no such camera, `NotFinite`.
+    pub fn move_fixed_camera(&self, camera: usize, turn: &Vector3<f64>, shift: &Vector3<f64>) -> Result<()> {
+        if let Some(index) = turn.iter().chain(shift).position(|v| !v.is_finite()) {
+            return Err(Error::NotFinite { name: "move", index });
+        }
+        let mut world = self.0.world();
+        let count = world.fixed.len();
+        let moved = world.fixed.get_mut(camera);
+        let moved =
+            moved.ok_or_else(|| Error::invalid("camera", format!("{camera}: there are {count} fixed cameras")))?;
+        moved.pose = Rigid::from_centre(rigid::exp(turn) * moved.pose.rotation, &(moved.centre() + shift));
+        Ok(())
     }
 
     /// Frames delivered so far by all cameras.

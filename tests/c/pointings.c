@@ -53,7 +53,8 @@ static void there_and_back(ptzcal_pointing *pointing)
 static void on_a_cloud(ptzcal_pointing *pointing)
 {
   static double xyz[41 * 41 * 3], covariances[41 * 41 * 9];
-  const double uv[2] = {400, 300};
+  const double uv[2] = {400, 300}, high[2] = {400, 180};
+  double line[12];
   ptzcal_aim aim;
   size_t i;
   for (i = 0; i < 41 * 41; i++) { /* a wall at z = 3, sampled every 5 cm */
@@ -77,6 +78,19 @@ static void on_a_cloud(ptzcal_pointing *pointing)
   xyz[5] = 3.0;
   covariances[9] = -1.0;
   CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, ptzcal_pointing_set_cloud(pointing, xyz, covariances, 41 * 41, 0, NULL));
+  covariances[9] = NAN;
+  CHECK_STATUS(PTZCAL_STATUS_NOT_FINITE, ptzcal_pointing_set_cloud(pointing, xyz, covariances, 41 * 41, 0, NULL));
+  covariances[9] = 1e-6;
+  /* Every point twice is no harm; all in one place is no surface, and neither are four in a line. */
+  for (i = 0; i < 41 * 20; i++) memcpy(xyz + 3 * (41 * 20 + i), xyz + 3 * i, 3 * sizeof *xyz);
+  CHECK_OK(ptzcal_pointing_set_cloud(pointing, xyz, NULL, 41 * 40, 0, NULL));
+  CHECK_OK(ptzcal_pointing_aim(pointing, high, NULL, 0.95, 0.0, &aim, NULL));
+  CHECK_NEAR(aim.point[2], 3.0, 1e-6);
+  for (i = 0; i < 12; i++) line[i] = i % 3 == 2 ? 3.0 : 0.0;
+  CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, ptzcal_pointing_set_cloud(pointing, line, NULL, 4, 0, NULL));
+  for (i = 0; i < 4; i++) line[3 * i] = 0.01 * (double)i;
+  CHECK_OK(ptzcal_pointing_set_cloud(pointing, line, NULL, 4, 0, NULL));
+  CHECK_STATUS(PTZCAL_STATUS_NOT_FOUND, ptzcal_pointing_aim(pointing, uv, NULL, 0.95, 0.0, &aim, NULL));
   /* Nothing of the wall is near this ray. */
   for (i = 0; i < 41 * 41; i++) xyz[3 * i] += 50.0;
   CHECK_OK(ptzcal_pointing_set_cloud(pointing, xyz, NULL, 41 * 41, 0, NULL));
@@ -115,7 +129,7 @@ static void depth_unknown(ptzcal_pointing *pointing)
 static void what_cannot_be(ptzcal_pointing *pointing)
 {
   const double sky[2] = {400, 20}, outside[2] = {400, 700}, good[2] = {300, 520}, bad[3] = {1, 2, 1};
-  const double none[3] = {0, 0, 0};
+  const double none[3] = {0, 0, 0}, nowhere[2] = {400, NAN};
   double axes[2], angle;
   ptzcal_pointing *fresh;
   ptzcal_error *error = NULL;
@@ -125,6 +139,7 @@ static void what_cannot_be(ptzcal_pointing *pointing)
   CHECK_STATUS(PTZCAL_STATUS_BAD_STATE, ptzcal_pointing_aim(fresh, good, NULL, 0.95, 0.0, &aim, NULL));
   ptzcal_pointing_free(fresh);
   CHECK_OK(ptzcal_pointing_set_plane(pointing, down, 2.4, NULL, 0, NULL));
+  CHECK_STATUS(PTZCAL_STATUS_NOT_FINITE, ptzcal_pointing_aim(pointing, nowhere, NULL, 0.95, 0.0, &aim, NULL));
   CHECK_STATUS(PTZCAL_STATUS_UNREACHABLE, ptzcal_pointing_aim(pointing, sky, NULL, 0.95, 0.0, &aim, &error));
   CHECK(strstr(ptzcal_error_message(error), "horizon") != NULL);
   ptzcal_error_free(error);

@@ -23,6 +23,7 @@ from .calibrate import (
     radial_alignment,
 )
 from .camera import Camera, DistortionModel
+from .camera_files import CameraFormat, NamedCamera, read_camera, read_cameras, write_cameras
 from .cancel import Cancel
 from .chessboard import Chessboard, detect_chessboard
 from .cloud import Cloud, CloudNoise, Mesh
@@ -46,7 +47,16 @@ from .head import (
     MoveEvent,
     PanTiltZoom,
 )
-from .health import Health, ShotState, Verdict, check_health, choose_health_shots, fire_again
+from .exploring import Exploration, Visible, explore
+from .health import (
+    Health,
+    ShotState,
+    Verdict,
+    check_health,
+    check_health_spots,
+    choose_health_shots,
+    fire_again,
+)
 from .images import PixelFormat
 from .lines import (
     LineFit,
@@ -58,8 +68,9 @@ from .lines import (
     lift_line_segments,
     match_lines,
 )
+from .network import Link, Loop, Ties, tie_stations
 from .pictures import DepthMap, Picture, read_image
-from .pointing import Aim, Located, MeasuredBy, Pointing, Sweep, ellipse
+from .pointing import Aim, Located, LocatedAlong, MeasuredBy, Pointing, Sweep, ellipse
 from .planes import (
     Plane,
     Planes,
@@ -73,6 +84,7 @@ from .planes import (
 )
 from .pose import Pose, PoseMethod, RoofEdges, estimate_pose_roof_edges
 from .probe import Figure, ProbeFigure, ProbeReport, learn_angles, probe
+from .report import Report
 from .rgbd import Rgbd, RgbdLinePairs, RgbdPairs, RgbdView
 from .rig import LogLevel, Rig, Settle
 from .rig_calibration import (
@@ -116,6 +128,7 @@ __all__ = [
     "Boards",
     "Calibration",
     "Camera",
+    "CameraFormat",
     "Cancel",
     "Cancelled",
     "Chessboard",
@@ -128,6 +141,7 @@ __all__ = [
     "DepthMap",
     "DistortionModel",
     "Error",
+    "Exploration",
     "Figure",
     "FixedCamera",
     "Focus",
@@ -145,23 +159,27 @@ __all__ = [
     "LineFit",
     "LineMatches",
     "LineSegments",
+    "Link",
     "Located",
+    "LocatedAlong",
     "LogLevel",
-    "Mesh",
+    "Loop",
     "MeasuredBy",
+    "Mesh",
     "Motion",
     "MoveEnd",
     "MoveEvent",
+    "NamedCamera",
     "PanTilt",
     "PanTiltZoom",
     "Picture",
     "PixelFormat",
     "Plan",
-    "PlannedShots",
-    "Pointing",
     "Plane",
     "Planes",
     "PlanesNotFound",
+    "PlannedShots",
+    "Pointing",
     "Pose",
     "PoseMethod",
     "PrecisionLabel",
@@ -169,6 +187,7 @@ __all__ = [
     "ProbeReport",
     "Progress",
     "Region",
+    "Report",
     "Rgbd",
     "RgbdLinePairs",
     "RgbdPairs",
@@ -206,8 +225,10 @@ __all__ = [
     "SureAngles",
     "Suspect",
     "Sweep",
+    "Ties",
     "UncertainRig",
     "Verdict",
+    "Visible",
     "ZoomCurve",
     "ZoomPosition",
     "abi_version",
@@ -215,6 +236,7 @@ __all__ = [
     "calibrate_from_boards",
     "calibrate_laser_line",
     "check_health",
+    "check_health_spots",
     "choose_health_shots",
     "common_roof_edges",
     "detect_chessboard",
@@ -225,6 +247,7 @@ __all__ = [
     "division_eigenproblem",
     "ellipse",
     "estimate_pose_roof_edges",
+    "explore",
     "fire_again",
     "fit_line_3d",
     "learn_angles",
@@ -233,8 +256,12 @@ __all__ = [
     "match_sift",
     "probe",
     "radial_alignment",
+    "read_camera",
+    "read_cameras",
     "read_image",
     "register_matched_planes",
     "register_stations",
+    "tie_stations",
     "version",
+    "write_cameras",
 ]

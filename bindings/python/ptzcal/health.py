@@ -1,4 +1,4 @@
-"""Is a fixed camera still where it was calibrated? Where does it see the laser at all?"""
+"""Is a fixed camera still where it was calibrated?"""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any, List, Optional, Sequence, Tuple
 import numpy as np
 
 from . import _callbacks, _native, _structs
-from ._arrays import address_of
+from ._arrays import address_of, rows
 from ._native import Handle, call, lib
 from .calibrate import Calibration
 from .rig import Rig
@@ -51,8 +51,8 @@ class Health:
 class _Report(Handle):
     _free = "ptzcal_health_report_free"
 
-    def __init__(self, *arguments: Any) -> None:
-        self._make(lib.ptzcal_health_check, *arguments)
+    def __init__(self, function: Any, *arguments: Any) -> None:
+        self._make(function, *arguments)
 
 
 def choose_health_shots(scan: Scan, camera: int = 0, count: int = 10) -> List[int]:
@@ -65,18 +65,7 @@ def choose_health_shots(scan: Scan, camera: int = 0, count: int = 10) -> List[in
 
 def fire_again(rig: Rig, before: Scan, shots: Sequence[int], cameras: Sequence[Any]) -> Scan:
     """Fires shots of an earlier scan again, watched by the same cameras in the same order."""
-    options = ScanOptions(
-        cameras,
-        {},
-        spot=None,
-        gate=None,
-        journal=None,
-        journal_sync=True,
-        recording=None,
-        reconnect=0.0,
-        target_accuracy=0.0,
-        cancel=None,
-    )
+    options = ScanOptions.plain(cameras)
     indices, pointer = np.array(shots, dtype=np.uintp), c_void_p()
     callback = _structs.ptzcal_progress_fn(_callbacks.listener(lambda _: False, otherwise=1))
     with rig._open() as rig_pointer:
@@ -101,18 +90,79 @@ def check_health(
     again: Scan,
     camera: int = 0,
     false_alarm: float = 0.01,
+    pointing_sigma: Tuple[float, float] = (1e-4, 1e-4),
 ) -> Health:
-    """Compares the shots of a scan with those fired again."""
-    options = _native.initial(_structs.ptzcal_health_options)
-    options.false_alarm = false_alarm
+    """Compares the shots of a scan with those fired again.
+
+    false_alarm: probability of not saying unchanged when nothing has changed. pointing_sigma: standard
+    deviations of where the head comes to rest, pan and tilt, radians.
+    """
     report = _Report(
+        lib.ptzcal_health_check,
         byref(model._struct),
         calibration._pointer,
         before._pointer,
         again._pointer,
         camera,
-        byref(options),
+        byref(_options(false_alarm, pointing_sigma)),
     )
+    return _health(report)
+
+
+def check_health_spots(
+    model: RigModel,
+    calibration: Calibration,
+    readings: Any,
+    head: Any,
+    fixed: Any,
+    head_again: Any,
+    fixed_again: Any,
+    sigma: float = 0.3,
+    false_alarm: float = 0.01,
+    pointing_sigma: Tuple[float, float] = (1e-4, 1e-4),
+) -> Health:
+    """The same from spots that the host measured itself, without a rig.
+
+    readings (n, 2): pan and tilt of each shot, radians. head, fixed (n, 2): its spots before, pixels;
+    head_again, fixed_again (n, 2): now, a row of NaN where it was not seen. sigma: standard deviation
+    of all of them, pixels.
+    """
+    readings = rows(readings, 2, "readings")
+    n = len(readings)
+    pixels = [
+        rows(head, 2, "head", n),
+        rows(fixed, 2, "fixed", n),
+        rows(head_again, 2, "head_again", n),
+        rows(fixed_again, 2, "fixed_again", n),
+    ]
+    seen = np.stack([~np.isnan(p).any(axis=1) for p in pixels[2:]], axis=1).astype(np.uint8)
+    spots = np.zeros((n, 4, 5))
+    spots[:, :2, :2] = np.stack(pixels[:2], axis=1)
+    spots[:, 2:, :2] = np.where(seen[:, :, None] == 1, np.stack(pixels[2:], axis=1), 0.0)
+    spots[:, :, [2, 4]] = sigma * sigma
+    report = _Report(
+        lib.ptzcal_health_check_spots,
+        byref(model._struct),
+        calibration._pointer,
+        address_of(readings),
+        address_of(spots),
+        address_of(seen),
+        n,
+        byref(_options(false_alarm, pointing_sigma)),
+    )
+    return _health(report)
+
+
+def _options(
+    false_alarm: float, pointing_sigma: Tuple[float, float]
+) -> _structs.ptzcal_health_options:
+    options = _native.initial(_structs.ptzcal_health_options)
+    options.false_alarm = false_alarm
+    options.pan_sigma, options.tilt_sigma = pointing_sigma
+    return options
+
+
+def _health(report: _Report) -> Health:
     s = _native.initial(_structs.ptzcal_health)
     call(lib.ptzcal_health_report_get, report._pointer, byref(s))
     states, needed = np.empty(s.shots, dtype=np.uint32), c_size_t()

@@ -16,6 +16,7 @@ from ._native import Handle, call, lib
 from .adjust import Adjusted
 from .calibrate import Calibration
 from .errors import Error, Status
+from .rig_calibration import ZoomCurve
 from .rig_model import RigModel
 
 
@@ -60,6 +61,14 @@ class Located:
     hidden: bool  #: a surface is between the fixed camera and the point
 
 
+class LocatedAlong(NamedTuple):
+    """The fixed camera's picture of a ray whose depth is unknown, nearest first."""
+
+    distance: np.ndarray  #: (n,), from the head camera, metres
+    uv: np.ndarray  #: (n, 2)
+    uv_covariance: np.ndarray  #: (n, 2, 2)
+
+
 class Sweep(NamedTuple):
     """What to do about a pixel whose depth is unknown."""
 
@@ -99,6 +108,25 @@ class Pointing(Handle):
         if c.shape != (15, 15):
             raise ValueError(f"covariance must be of shape (15, 15), not {c.shape}")
         call(lib.ptzcal_pointing_set_rig_covariance, self._pointer, address_of(c))
+
+    def set_station(self, R: Any, t: Any, covariance: Any = None) -> None:
+        """Where the rig stands: X_world = R X_station + t, with the covariance (6, 6) of w in
+        R <- exp([w]x) R and of t; None: exact."""
+        R, t = numbers(R, "R"), vector(t, 3, "t")
+        if R.shape != (3, 3):
+            raise ValueError(f"R must be of shape (3, 3), not {R.shape}")
+        if covariance is not None:
+            covariance = numbers(covariance, "covariance")
+            if covariance.shape != (6, 6):
+                raise ValueError(f"covariance must be of shape (6, 6), not {covariance.shape}")
+        pose = _native.initial(_structs.ptzcal_pose)
+        pose.rotation[:], pose.translation[:] = R.ravel(), t
+        c = address_of_optional(covariance)
+        call(lib.ptzcal_pointing_set_station, self._pointer, byref(pose), c)
+
+    def set_zoom_curve(self, curve: ZoomCurve) -> None:
+        """The head camera's lens over zoom: aims then have a zoom."""
+        call(lib.ptzcal_pointing_set_zoom_curve, self._pointer, curve._pointer)
 
     def set_head_deviation(self, pan: float, tilt: float) -> None:
         """Standard deviations of where the head comes to rest, radians."""
@@ -180,6 +208,22 @@ class Pointing(Handle):
             bool(s.hidden),
         )
 
+    def locate_along(
+        self,
+        pan: float,
+        tilt: float,
+        uv: Any,
+        nearest: float,
+        farthest: float = math.inf,
+        sigma: float = 0.0,
+        zoom: float = 0.0,
+    ) -> LocatedAlong:
+        """Where the fixed camera can see what the head camera sees at a pixel, its depth unknown."""
+        uv, c = _click(uv, sigma)
+        pixel = (pan, tilt, zoom, address_of(uv), address_of(c), nearest, farthest)
+        along = _copied(lib.ptzcal_pointing_copy_located_along, self._pointer, 6, *pixel)
+        return LocatedAlong(along[:, 0], along[:, 1:3], along[:, [3, 4, 4, 5]].reshape(-1, 2, 2))
+
     def sweep(
         self,
         uv: Any,
@@ -212,13 +256,13 @@ def _click(uv: Any, sigma: float) -> Tuple[np.ndarray, np.ndarray]:
     return vector(uv, 2, "uv"), np.array([sigma * sigma, 0.0, sigma * sigma])
 
 
-def _copied(function: Any, pointer: Any, columns: int) -> np.ndarray:
+def _copied(function: Any, pointer: Any, columns: int, *arguments: Any) -> np.ndarray:
     needed = c_size_t()
     try:
-        call(function, pointer, None, 0, byref(needed))
+        call(function, pointer, *arguments, None, 0, byref(needed))
     except Error as error:
         if error.status != Status.BUFFER_TOO_SMALL:
             raise
     out = np.empty(needed.value)
-    call(function, pointer, address_of(out), len(out), byref(needed))
+    call(function, pointer, *arguments, address_of(out), len(out), byref(needed))
     return out.reshape(-1, columns)
