@@ -55,6 +55,10 @@ struct health_options;
 struct health;
 struct adjusted_summary;
 struct suspect;
+struct tie_options;
+struct ties_summary;
+struct link;
+struct loop;
 struct adjust_options;
 struct study_options;
 struct study_cell;
@@ -99,6 +103,7 @@ class exploration;
 class health_report;
 class adjustment;
 class adjusted;
+class ties;
 class site;
 class set_up;
 class study;
@@ -106,6 +111,7 @@ class label;
 class plan;
 class pointing;
 class sweep;
+class camera_list;
 
 struct shot : ptzcal_shot {
   shot() noexcept { ptzcal_shot_init(this, sizeof(ptzcal_shot)); }
@@ -137,6 +143,18 @@ struct camera : ptzcal_camera {
   // C: ptzcal_camera_back_project
   outcome<std::vector<double>> back_project(ptzcal::view<const double> uv) const;
 
+  // Reads the one camera of a file.
+  //   path: The file; of COLMAP its folder.
+  //   format: A ptzcal_camera_format.
+  // C: ptzcal_camera_read
+  static outcome<ptzcal::camera> read(ptzcal::c_string path, ptzcal::camera_format format);
+
+  // Writes one camera. The file is at every moment the old one or the whole new one.
+  //   path: The file; of COLMAP its folder, which is made where it is not there.
+  //   format: A ptzcal_camera_format.
+  // C: ptzcal_camera_write
+  outcome<void> write(ptzcal::c_string path, ptzcal::camera_format format) const;
+
   // Writes a camera alone as JSON.
   //   path: The file.
   // C: ptzcal_camera_save
@@ -152,7 +170,7 @@ struct camera : ptzcal_camera {
   // C: ptzcal_camera_save_opencv
   outcome<void> save_opencv(ptzcal::c_string path) const;
 
-  // Reads a camera from OpenCV's YAML. Without our keys its pose is the identity.
+  // Reads a camera from OpenCV's YAML, XML or JSON. Without our keys its pose is the identity.
   //   path: The file.
   // C: ptzcal_camera_load_opencv
   static outcome<ptzcal::camera> load_opencv(ptzcal::c_string path);
@@ -360,6 +378,26 @@ struct adjusted_summary : ptzcal_adjusted_summary {
 struct suspect : ptzcal_suspect {
   suspect() noexcept { ptzcal_suspect_init(this, sizeof(ptzcal_suspect)); }
   suspect(const ptzcal_suspect &c) noexcept : ptzcal_suspect(c) {}
+};
+
+struct tie_options : ptzcal_tie_options {
+  tie_options() noexcept { ptzcal_tie_options_init(this, sizeof(ptzcal_tie_options)); }
+  tie_options(const ptzcal_tie_options &c) noexcept : ptzcal_tie_options(c) {}
+};
+
+struct ties_summary : ptzcal_ties_summary {
+  ties_summary() noexcept { ptzcal_ties_summary_init(this, sizeof(ptzcal_ties_summary)); }
+  ties_summary(const ptzcal_ties_summary &c) noexcept : ptzcal_ties_summary(c) {}
+};
+
+struct link : ptzcal_link {
+  link() noexcept { ptzcal_link_init(this, sizeof(ptzcal_link)); }
+  link(const ptzcal_link &c) noexcept : ptzcal_link(c) {}
+};
+
+struct loop : ptzcal_loop {
+  loop() noexcept { ptzcal_loop_init(this, sizeof(ptzcal_loop)); }
+  loop(const ptzcal_loop &c) noexcept : ptzcal_loop(c) {}
 };
 
 struct adjust_options : ptzcal_adjust_options {
@@ -731,6 +769,22 @@ class correspondences : public detail::handle<ptzcal_correspondences, ptzcal_cor
   //   camera: The fixed camera's number.
   // C: ptzcal_correspondences_add_scan
   outcome<void> add_scan(const ptzcal::scan &scan, std::uint32_t camera);
+
+  // Adds the points of a table of comma-separated values, all or none. Its first line names the
+  // columns, in any order: x y z (metres, world) and u v (pixels). Optional: sigma_x sigma_y
+  // sigma_z (m), or cov_xx cov_xy cov_xz cov_yy cov_yz cov_zz (m^2); sigma_u sigma_v (px), or
+  // cov_uu cov_uv cov_vv (px^2), each group empty where a point has none; name and comment, which
+  // are passed over. So are lines that begin with #. The last line has its end, or the file was cut
+  // short.
+  //   path: The file.
+  // C: ptzcal_correspondences_add_csv
+  outcome<std::size_t> add_csv(ptzcal::c_string path);
+
+  // Writes the points of a set as a table of comma-separated values, every number to its last bit:
+  // see ptzcal_correspondences_add_csv.
+  //   path: The file.
+  // C: ptzcal_correspondences_save_csv
+  outcome<void> save_csv(ptzcal::c_string path) const;
 };
 
 class calibration_options : public detail::handle<ptzcal_calibration_options, ptzcal_calibration_options_free> {
@@ -876,7 +930,8 @@ class calibration : public detail::handle<ptzcal_calibration, ptzcal_calibration
       ptzcal::view<const double> uv_covariance, ptzcal::view<const double> normal, double distance) const;
 
   // Writes a calibration as JSON: the camera, its covariance, the residuals and what else it says
-  // of itself, every number to its last bit.
+  // of itself, every number to its last bit; of ptzcal_calibrate_camera also the measurements and
+  // options that it was made from, so that ptzcal_calibration_load_inputs can solve it again.
   //   path: The file.
   // C: ptzcal_calibration_save
   outcome<void> save(ptzcal::c_string path) const;
@@ -1318,6 +1373,16 @@ class planes : public detail::handle<ptzcal_planes, ptzcal_planes_free> {
   static outcome<ptzcal::planes> find_points(ptzcal::view<const double> xyz, double sigma,
       const ptzcal_planes_options &options = ptzcal::planes_options());
 
+  // Finds the planes of a cloud of points that a scanner at the origin measured by their ranges:
+  // the noise is along the rays, so that a slanted wall is known better than from points with the
+  // same noise in all directions.
+  //   xyz: n x 3 numbers: points, metres; they may be infinite or NaN: those are passed over.
+  //   sigma: Standard deviation of the ranges, metres, more than 0.
+  //   options: The options; may be left out: the defaults.
+  // C: ptzcal_planes_find_ranges
+  static outcome<ptzcal::planes> find_ranges(ptzcal::view<const double> xyz, double sigma,
+      const ptzcal_planes_options &options = ptzcal::planes_options());
+
   // Finds the planes of laser shots, in the rig's frame. Spots at or beyond infinity are passed
   // over.
   //   model: The rig model.
@@ -1343,34 +1408,6 @@ class planes : public detail::handle<ptzcal_planes, ptzcal_planes_free> {
       double inverse_depth_sigma, double depth_sigma,
       const ptzcal_planes_options &options = ptzcal::planes_options());
 
-  // Fits one plane to each region of a cloud of points, in the order of the regions. Up to half of
-  // a region may be something else.
-  //   xyz: n x 3 numbers: points, metres; they may be infinite or NaN: those are passed over.
-  //   sigma: Standard deviation of the points in each direction, metres; 0: estimated from how far
-  //   they are from their planes.
-  //   region_of: n numbers: the region of each point, from 0; -1: of none.
-  //   regions: Number of regions, 1 to 1000.
-  //   options: The options; may be left out: the defaults.
-  // C: ptzcal_planes_fit_points
-  static outcome<ptzcal::planes> fit_points(ptzcal::view<const double> xyz, double sigma,
-      ptzcal::view<const std::int32_t> region_of, std::uint32_t regions,
-      const ptzcal_planes_options &options = ptzcal::planes_options());
-
-  // Fits one plane to each region of laser shots, in the order of the regions. Up to half of a
-  // region may be something else.
-  //   model: The rig model.
-  //   pan_tilt: n x 2 numbers: readings at each shot, radians.
-  //   spots: n x 2 numbers: the spot's pixel in the head camera.
-  //   spot_covariance: n x 3 numbers: xx, xy, yy, px^2; may be left out: 1 px, uncorrelated.
-  //   region_of: n numbers: the region of each shot, from 0; -1: of none.
-  //   regions: Number of regions, 1 to 1000.
-  //   options: The options; may be left out: the defaults.
-  // C: ptzcal_planes_fit_shots
-  static outcome<ptzcal::planes> fit_shots(const ptzcal_rig_model &model, ptzcal::view<const double> pan_tilt,
-      ptzcal::view<const double> spots, ptzcal::view<const double> spot_covariance,
-      ptzcal::view<const std::int32_t> region_of, std::uint32_t regions,
-      const ptzcal_planes_options &options = ptzcal::planes_options());
-
   // How many planes there are.
   // C: ptzcal_planes_count
   outcome<std::uint32_t> count() const;
@@ -1390,6 +1427,90 @@ class planes : public detail::handle<ptzcal_planes, ptzcal_planes_free> {
   // depths, which have each their own.
   // C: ptzcal_planes_sigma
   outcome<double> sigma() const;
+
+  // Fits one plane to each region of a cloud of points. Up to half of a region may be something
+  // else.
+  //   xyz: n x 3 numbers: points, metres; they may be infinite or NaN: those are passed over.
+  //   sigma: Standard deviation of the points in each direction, metres; 0: estimated from how far
+  //   they are from their planes.
+  //   region_of: n numbers: the region of each point, from 0; -1: of none.
+  //   regions: Number of regions, 1 to 1000.
+  //   options: The options; may be left out: the defaults.
+  // C: ptzcal_planes_fit_points
+  static outcome<ptzcal::planes> fit_points(ptzcal::view<const double> xyz, double sigma,
+      ptzcal::view<const std::int32_t> region_of, std::uint32_t regions,
+      const ptzcal_planes_options &options = ptzcal::planes_options());
+
+  // Fits one plane to what each of several boxes holds of a cloud of points. Up to half of that may
+  // be something else.
+  //   xyz: n x 3 numbers: points, metres; they may be infinite or NaN: those are passed over.
+  //   sigma: Standard deviation of the points in each direction, metres; 0: estimated from how far
+  //   they are from their planes.
+  //   boxes: 6 numbers a region: least x, y, z of a box, then greatest, metres, in the station's
+  //   frame.
+  //   regions: Number of boxes, 1 to 1000.
+  //   options: The options; may be left out: the defaults.
+  // C: ptzcal_planes_fit_points_in_boxes
+  static outcome<ptzcal::planes> fit_points_in_boxes(ptzcal::view<const double> xyz, double sigma,
+      ptzcal::view<const double> boxes, std::uint32_t regions,
+      const ptzcal_planes_options &options = ptzcal::planes_options());
+
+  // Fits one plane to each region of laser shots. Up to half of a region may be something else.
+  //   model: The rig model.
+  //   pan_tilt: n x 2 numbers: readings at each shot, radians.
+  //   spots: n x 2 numbers: the spot's pixel in the head camera.
+  //   spot_covariance: n x 3 numbers: xx, xy, yy, px^2; may be left out: 1 px, uncorrelated.
+  //   region_of: n numbers: the region of each shot, from 0; -1: of none.
+  //   regions: Number of regions, 1 to 1000.
+  //   options: The options; may be left out: the defaults.
+  // C: ptzcal_planes_fit_shots
+  static outcome<ptzcal::planes> fit_shots(const ptzcal_rig_model &model, ptzcal::view<const double> pan_tilt,
+      ptzcal::view<const double> spots, ptzcal::view<const double> spot_covariance,
+      ptzcal::view<const std::int32_t> region_of, std::uint32_t regions,
+      const ptzcal_planes_options &options = ptzcal::planes_options());
+
+  // Fits one plane to what each of several boxes holds of laser shots. Up to half of that may be
+  // something else.
+  //   model: The rig model.
+  //   pan_tilt: n x 2 numbers: readings at each shot, radians.
+  //   spots: n x 2 numbers: the spot's pixel in the head camera.
+  //   spot_covariance: n x 3 numbers: xx, xy, yy, px^2; may be left out: 1 px, uncorrelated.
+  //   boxes: 6 numbers a region: least x, y, z of a box, then greatest, metres, in the rig's frame.
+  //   regions: Number of boxes, 1 to 1000.
+  //   options: The options; may be left out: the defaults.
+  // C: ptzcal_planes_fit_shots_in_boxes
+  static outcome<ptzcal::planes> fit_shots_in_boxes(const ptzcal_rig_model &model,
+      ptzcal::view<const double> pan_tilt, ptzcal::view<const double> spots,
+      ptzcal::view<const double> spot_covariance, ptzcal::view<const double> boxes, std::uint32_t regions,
+      const ptzcal_planes_options &options = ptzcal::planes_options());
+
+  // Finds the planes that a scan shows.
+  //   scan: The scan.
+  //   options: The options; may be left out: the defaults.
+  // C: ptzcal_planes_find_scan
+  static outcome<ptzcal::planes> find_scan(const ptzcal::scan &scan,
+      const ptzcal_planes_options &options = ptzcal::planes_options());
+
+  // Fits one plane to the shots of a scan whose readings lie in a range, for each of several
+  // ranges. Up to half of them may have hit something else.
+  //   scan: The scan.
+  //   readings: 4 numbers a region: least and greatest pan, least and greatest tilt, radians, ends
+  //   included.
+  //   regions: Number of regions, 1 to 1000.
+  //   options: The options; may be left out: the defaults.
+  // C: ptzcal_planes_fit_scan
+  static outcome<ptzcal::planes> fit_scan(const ptzcal::scan &scan, ptzcal::view<const double> readings,
+      std::uint32_t regions, const ptzcal_planes_options &options = ptzcal::planes_options());
+
+  // Fits one plane to the shots of a scan that hit something in a box, for each of several boxes.
+  // Up to half of them may have hit something else.
+  //   scan: The scan.
+  //   boxes: 6 numbers a region: least x, y, z of a box, then greatest, metres, in the rig's frame.
+  //   regions: Number of boxes, 1 to 1000.
+  //   options: The options; may be left out: the defaults.
+  // C: ptzcal_planes_fit_scan_in_boxes
+  static outcome<ptzcal::planes> fit_scan_in_boxes(const ptzcal::scan &scan, ptzcal::view<const double> boxes,
+      std::uint32_t regions, const ptzcal_planes_options &options = ptzcal::planes_options());
 };
 
 class registration : public detail::handle<ptzcal_registration, ptzcal_registration_free> {
@@ -2280,8 +2401,8 @@ class exploration : public detail::handle<ptzcal_exploration, ptzcal_exploration
   // C: ptzcal_exploration_get_visible
   outcome<ptzcal::exploration::visible_result> visible(std::uint32_t camera) const;
 
-  // For each position of the region, tilt step * pan_steps + pan step: 1 when the camera saw the
-  // spot of the shot nearest to it, else 0.
+  // For each position of the region, tilt step * pan_steps + pan step: 1 when the camera sees the
+  // spot there, as far as the shots about it tell, else 0.
   //   camera: The fixed camera's number.
   // C: ptzcal_exploration_copy_mask
   outcome<std::vector<std::uint8_t>> mask(std::uint32_t camera) const;
@@ -2428,6 +2549,19 @@ class adjustment : public detail::handle<ptzcal_adjustment, ptzcal_adjustment_fr
   // C: ptzcal_adjustment_set_planes
   outcome<void> set_planes(std::size_t first, ptzcal::view<const std::uint32_t> hits);
 
+  // Finds the planes that the stations of a survey share, and adds them to it with the shots that
+  // hit them. Of the stations no pose needs to be known; what was said of them (odometry, with its
+  // covariance) settles what planes alone leave ambiguous. Shots that the head camera did not see
+  // say nothing here. A survey that is refused is left as it was. ptzcal_adjustment_solve then
+  // finds stations and cameras together.
+  //   options: The options, set up by ptzcal_tie_options_init; may be left out: the defaults.
+  //   progress: Hears how many steps are done (each station is one, then each pair), and can stop
+  //   them; may be left out.
+  //   token: Stops it from another thread; may be left out. It is looked at before each step.
+  // C: ptzcal_adjustment_tie_stations
+  outcome<ptzcal::ties> tie_stations(const ptzcal_tie_options &options = ptzcal::tie_options(),
+      const ptzcal::progress_callback &progress = {}, ptzcal::optional_ref<ptzcal::cancel> token = {});
+
   // Solves a survey. It is in use until the call returns: other threads may solve it too, but
   // adding to it is PTZCAL_STATUS_BUSY. The same survey, options and seed give the same bits.
   //   options: The options, set up by ptzcal_adjust_options_init; may be left out: the defaults.
@@ -2538,6 +2672,42 @@ class adjusted : public detail::handle<ptzcal_adjusted, ptzcal_adjusted_free> {
   // it, 0 where it was set aside or no plane was named.
   // C: ptzcal_adjusted_copy_plane_inliers
   outcome<std::vector<std::uint8_t>> plane_inliers() const;
+};
+
+class ties : public detail::handle<ptzcal_ties, ptzcal_ties_free> {
+ public:
+  using handle::handle;
+  ties() noexcept = default;
+
+  // How many links, loops, planes and shots there are.
+  // C: ptzcal_ties_get_summary
+  outcome<ptzcal::ties_summary> summary() const;
+
+  // A pair of stations that was tried: in the order of the options' pairs, or 0 and 1, 0 and 2, and
+  // so on.
+  //   index: Which one, from 0.
+  // C: ptzcal_ties_get_link
+  outcome<ptzcal::link> link(std::uint32_t index) const;
+
+  // Why planes do not tell the pose between the stations of a link.
+  //   index: The link.
+  // C: ptzcal_ties_link_reason
+  std::string link_reason(std::uint32_t index) const;
+
+  // The pose between the stations of a link, and the planes that it is from.
+  //   index: The link.
+  // C: ptzcal_ties_get_registration
+  outcome<ptzcal::registration> registration(std::uint32_t index) const;
+
+  // How well a loop of stations closes.
+  //   index: Which loop, from 0.
+  // C: ptzcal_ties_get_loop
+  outcome<ptzcal::loop> loop(std::uint32_t index) const;
+
+  // Copies the stations of a loop in their order; the last is linked to the first.
+  //   index: The loop.
+  // C: ptzcal_ties_copy_loop
+  outcome<std::vector<std::uint32_t>> copy_loop(std::uint32_t index) const;
 };
 
 class site : public detail::handle<ptzcal_site, ptzcal_site_free> {
@@ -2901,6 +3071,51 @@ class sweep : public detail::handle<ptzcal_sweep, ptzcal_sweep_free> {
   outcome<std::vector<double>> curve() const;
 };
 
+class camera_list : public detail::handle<ptzcal_camera_list, ptzcal_camera_list_free> {
+ public:
+  using handle::handle;
+  camera_list() : handle(detail::make<ptzcal_camera_list>(ptzcal_camera_list_new)) {}
+  struct count_result;
+  struct camera_result;
+
+  // Makes an empty list.
+  // C: ptzcal_camera_list_new
+  static outcome<ptzcal::camera_list> make();
+
+  // Adds a camera with its pose.
+  //   camera: The camera.
+  //   name: What files call it; may be left out: it has no name.
+  // C: ptzcal_camera_list_add
+  outcome<void> add(const ptzcal_camera &camera, ptzcal::c_string name = {});
+
+  // Reads all cameras of a file.
+  //   path: The file; of COLMAP its folder.
+  //   format: A ptzcal_camera_format.
+  // C: ptzcal_camera_list_read
+  static outcome<ptzcal::camera_list> read(ptzcal::c_string path, ptzcal::camera_format format);
+
+  // Writes all cameras of a list into one file, or COLMAP's folder. COLMAP calls an image without a
+  // name camera0, camera1, ...; names of its images have no white space.
+  //   path: The file; of COLMAP its folder, which is made where it is not there.
+  //   format: A ptzcal_camera_format.
+  // C: ptzcal_camera_list_write
+  outcome<void> write(ptzcal::c_string path, ptzcal::camera_format format) const;
+
+  // How many cameras a list has, and the format that it was read from.
+  // C: ptzcal_camera_list_count
+  outcome<ptzcal::camera_list::count_result> count() const;
+
+  // A camera of a list.
+  //   index: The camera, from 0.
+  // C: ptzcal_camera_list_get
+  outcome<ptzcal::camera_list::camera_result> camera(std::size_t index) const;
+
+  // Name of a camera of a list.
+  //   index: The camera, from 0.
+  // C: ptzcal_camera_list_name
+  std::string name(std::size_t index) const;
+};
+
 // What functions with several outputs return.
 
 struct depth_map::size_result {
@@ -3100,6 +3315,21 @@ struct ellipse_result {
   double angle;
 };
 
+struct camera_list::count_result {
+  std::size_t count;
+  std::uint32_t format;
+};
+
+struct camera_list::camera_result {
+  ptzcal::camera camera;
+  std::uint32_t has_pose;
+};
+
+struct calibration_load_inputs_result {
+  ptzcal::correspondences set;
+  ptzcal::calibration_options options;
+};
+
 // Version of the library, such as "0.1.0" (semantic versioning).
 // C: ptzcal_version
 std::string version();
@@ -3230,7 +3460,8 @@ outcome<ptzcal::match_lines_result> match_lines(ptzcal::view<const double> point
     ptzcal::view<const double> ends, const ptzcal_line_match_options &options = ptzcal::line_match_options());
 
 // Calibrates a camera from 2D-3D measurements. The set is in use until the call returns: other
-// threads may read it, but adding to it is PTZCAL_STATUS_BUSY.
+// threads may read it, but adding to it is PTZCAL_STATUS_BUSY. The calibration keeps a copy of
+// both, which ptzcal_calibration_save writes.
 //   set: The measurements.
 //   options: The options; may be left out: the defaults.
 // C: ptzcal_calibrate_camera
@@ -3341,13 +3572,31 @@ outcome<ptzcal::health_report> health_check(const ptzcal_rig_model &model,
     const ptzcal::calibration &calibration, const ptzcal::scan &before, const ptzcal::scan &again,
     std::uint32_t camera, const ptzcal_health_options &options = ptzcal::health_options());
 
+// The same from spots that the host measured itself, at the same readings before and now, without a
+// rig and without scans.
+//   model: The rig.
+//   calibration: The fixed camera as it was, in the rig's frame.
+//   readings: 2 n numbers: pan and tilt of each shot, the device's readings, radians.
+//   spots: 20 n numbers: for each shot the spot in the head camera and in the fixed one before,
+//   then in the head camera and in the fixed one now; of each u, v, pixels, and its covariance xx,
+//   xy, yy, px^2, positive definite.
+//   seen: 2 n bytes: was the spot of each shot seen now in the head camera, in the fixed one? 0:
+//   no, its numbers do not matter, but for being finite. May be NULL: all were seen.
+//   options: The options; may be left out: the defaults.
+// C: ptzcal_health_check_spots
+outcome<ptzcal::health_report> health_check_spots(const ptzcal_rig_model &model,
+    const ptzcal::calibration &calibration, ptzcal::view<const double> readings,
+    ptzcal::view<const double> spots, ptzcal::view<const std::uint8_t> seen,
+    const ptzcal_health_options &options = ptzcal::health_options());
+
 // Given what is scanned, where to shoot next so that the fixed camera's position becomes surer.
 // Depths at the candidates are predicted from the scanned ones, and so is whether the fixed camera
 // sees them; ask again after every few dozen shots.
 //   site: The site; its camera is the best estimate so far. Surroundings are not used.
 //   scanned: n shots of 4 numbers: pan and tilt as read (radians), measured depth along the head's
 //   axis (metres), 1 when the fixed camera saw the spot, else 0.
-//   candidates: Positions to choose from, 100,000 at most; each is taken once.
+//   candidates: Positions to choose from, 100,000 at most. Each is taken once before its depth is
+//   known; one that the fixed camera saw may be shot again and again.
 //   head_sigma: Noise of a spot in the head camera, px.
 //   fixed_sigma: Noise of a spot in the fixed camera, px.
 //   target: Stops where the position's expected root mean square error is below, metres; 0: never.
@@ -3363,6 +3612,13 @@ outcome<ptzcal::next_shots_result> next_shots(const ptzcal::site &site, ptzcal::
 //   probability: Between 0 and 1.
 // C: ptzcal_ellipse
 outcome<ptzcal::ellipse_result> ellipse(ptzcal::view<const double> covariance, double probability);
+
+// Reads what a calibration was made from, out of a file of ptzcal_calibration_save. With the same
+// version of the library on the same kind of machine ptzcal_calibrate_camera makes the same
+// calibration of it, to the last bit.
+//   path: The file.
+// C: ptzcal_calibration_load_inputs
+outcome<ptzcal::calibration_load_inputs_result> calibration_load_inputs(ptzcal::c_string path);
 
 inline std::string version()
 {
@@ -4800,6 +5056,17 @@ inline outcome<ptzcal::planes> planes::find_points(ptzcal::view<const double> xy
   return call_.finish(code_, ptzcal::planes(planes_));
 }
 
+inline outcome<ptzcal::planes> planes::find_ranges(ptzcal::view<const double> xyz, double sigma,
+    const ptzcal_planes_options &options)
+{
+  detail::call call_;
+  const std::size_t n_ = xyz.size() / 3;
+  if (!(call_.rows("xyz", xyz.size(), n_, 3))) return call_.refuse<ptzcal::planes>();
+  ptzcal_planes *planes_ = nullptr;
+  const auto code_ = ptzcal_planes_find_ranges(xyz.data(), n_, sigma, &options, &planes_, call_.error());
+  return call_.finish(code_, ptzcal::planes(planes_));
+}
+
 inline outcome<ptzcal::planes> planes::find_shots(const ptzcal_rig_model &model,
     ptzcal::view<const double> pan_tilt, ptzcal::view<const double> spots,
     ptzcal::view<const double> spot_covariance, const ptzcal_planes_options &options)
@@ -4822,36 +5089,6 @@ inline outcome<ptzcal::planes> planes::find_depths(const ptzcal::depth_map &map,
   ptzcal_planes *planes_ = nullptr;
   const auto code_ = ptzcal_planes_find_depths(map.get(), &camera, inverse_depth_sigma, depth_sigma, &options,
       &planes_, call_.error());
-  return call_.finish(code_, ptzcal::planes(planes_));
-}
-
-inline outcome<ptzcal::planes> planes::fit_points(ptzcal::view<const double> xyz, double sigma,
-    ptzcal::view<const std::int32_t> region_of, std::uint32_t regions, const ptzcal_planes_options &options)
-{
-  detail::call call_;
-  const std::size_t n_ = xyz.size() / 3;
-  if (!(call_.rows("xyz", xyz.size(), n_, 3) &&
-        call_.rows("region_of", region_of.size(), n_, 1))) return call_.refuse<ptzcal::planes>();
-  ptzcal_planes *planes_ = nullptr;
-  const auto code_ = ptzcal_planes_fit_points(xyz.data(), n_, sigma, region_of.data(), regions, &options,
-      &planes_, call_.error());
-  return call_.finish(code_, ptzcal::planes(planes_));
-}
-
-inline outcome<ptzcal::planes> planes::fit_shots(const ptzcal_rig_model &model,
-    ptzcal::view<const double> pan_tilt, ptzcal::view<const double> spots,
-    ptzcal::view<const double> spot_covariance, ptzcal::view<const std::int32_t> region_of,
-    std::uint32_t regions, const ptzcal_planes_options &options)
-{
-  detail::call call_;
-  const std::size_t n_ = pan_tilt.size() / 2;
-  if (!(call_.rows("pan_tilt", pan_tilt.size(), n_, 2) &&
-        call_.rows("spots", spots.size(), n_, 2) &&
-        call_.rows_or_none("spot_covariance", spot_covariance.size(), n_, 3) &&
-        call_.rows("region_of", region_of.size(), n_, 1))) return call_.refuse<ptzcal::planes>();
-  ptzcal_planes *planes_ = nullptr;
-  const auto code_ = ptzcal_planes_fit_shots(&model, pan_tilt.data(), spots.data(), spot_covariance.data(),
-      n_, region_of.data(), regions, &options, &planes_, call_.error());
   return call_.finish(code_, ptzcal::planes(planes_));
 }
 
@@ -4892,6 +5129,66 @@ inline outcome<double> planes::sigma() const
   double sigma_ = 0;
   const auto code_ = ptzcal_planes_sigma(get(), &sigma_, call_.error());
   return call_.finish(code_, std::move(sigma_));
+}
+
+inline outcome<ptzcal::planes> planes::fit_points(ptzcal::view<const double> xyz, double sigma,
+    ptzcal::view<const std::int32_t> region_of, std::uint32_t regions, const ptzcal_planes_options &options)
+{
+  detail::call call_;
+  const std::size_t n_ = xyz.size() / 3;
+  if (!(call_.rows("xyz", xyz.size(), n_, 3) &&
+        call_.rows("region_of", region_of.size(), n_, 1))) return call_.refuse<ptzcal::planes>();
+  ptzcal_planes *planes_ = nullptr;
+  const auto code_ = ptzcal_planes_fit_points(xyz.data(), n_, sigma, region_of.data(), regions, &options,
+      &planes_, call_.error());
+  return call_.finish(code_, ptzcal::planes(planes_));
+}
+
+inline outcome<ptzcal::planes> planes::fit_points_in_boxes(ptzcal::view<const double> xyz, double sigma,
+    ptzcal::view<const double> boxes, std::uint32_t regions, const ptzcal_planes_options &options)
+{
+  detail::call call_;
+  const std::size_t n_ = xyz.size() / 3;
+  if (!(call_.rows("xyz", xyz.size(), n_, 3) &&
+        call_.rows("boxes", boxes.size(), std::size_t(regions), 6))) return call_.refuse<ptzcal::planes>();
+  ptzcal_planes *planes_ = nullptr;
+  const auto code_ = ptzcal_planes_fit_points_in_boxes(xyz.data(), n_, sigma, boxes.data(), regions, &options,
+      &planes_, call_.error());
+  return call_.finish(code_, ptzcal::planes(planes_));
+}
+
+inline outcome<ptzcal::planes> planes::fit_shots(const ptzcal_rig_model &model,
+    ptzcal::view<const double> pan_tilt, ptzcal::view<const double> spots,
+    ptzcal::view<const double> spot_covariance, ptzcal::view<const std::int32_t> region_of,
+    std::uint32_t regions, const ptzcal_planes_options &options)
+{
+  detail::call call_;
+  const std::size_t n_ = pan_tilt.size() / 2;
+  if (!(call_.rows("pan_tilt", pan_tilt.size(), n_, 2) &&
+        call_.rows("spots", spots.size(), n_, 2) &&
+        call_.rows_or_none("spot_covariance", spot_covariance.size(), n_, 3) &&
+        call_.rows("region_of", region_of.size(), n_, 1))) return call_.refuse<ptzcal::planes>();
+  ptzcal_planes *planes_ = nullptr;
+  const auto code_ = ptzcal_planes_fit_shots(&model, pan_tilt.data(), spots.data(), spot_covariance.data(),
+      n_, region_of.data(), regions, &options, &planes_, call_.error());
+  return call_.finish(code_, ptzcal::planes(planes_));
+}
+
+inline outcome<ptzcal::planes> planes::fit_shots_in_boxes(const ptzcal_rig_model &model,
+    ptzcal::view<const double> pan_tilt, ptzcal::view<const double> spots,
+    ptzcal::view<const double> spot_covariance, ptzcal::view<const double> boxes, std::uint32_t regions,
+    const ptzcal_planes_options &options)
+{
+  detail::call call_;
+  const std::size_t n_ = pan_tilt.size() / 2;
+  if (!(call_.rows("pan_tilt", pan_tilt.size(), n_, 2) &&
+        call_.rows("spots", spots.size(), n_, 2) &&
+        call_.rows_or_none("spot_covariance", spot_covariance.size(), n_, 3) &&
+        call_.rows("boxes", boxes.size(), std::size_t(regions), 6))) return call_.refuse<ptzcal::planes>();
+  ptzcal_planes *planes_ = nullptr;
+  const auto code_ = ptzcal_planes_fit_shots_in_boxes(&model, pan_tilt.data(), spots.data(),
+      spot_covariance.data(), n_, boxes.data(), regions, &options, &planes_, call_.error());
+  return call_.finish(code_, ptzcal::planes(planes_));
 }
 
 inline outcome<ptzcal::registration> register_stations(const ptzcal::planes &station_a,
@@ -5746,6 +6043,37 @@ inline outcome<std::uint32_t> roof_edges::add_plane_scan(const ptzcal::scan &sca
   return call_.finish(code_, std::move(plane_));
 }
 
+inline outcome<ptzcal::planes> planes::find_scan(const ptzcal::scan &scan,
+    const ptzcal_planes_options &options)
+{
+  detail::call call_;
+  ptzcal_planes *planes_ = nullptr;
+  const auto code_ = ptzcal_planes_find_scan(scan.get(), &options, &planes_, call_.error());
+  return call_.finish(code_, ptzcal::planes(planes_));
+}
+
+inline outcome<ptzcal::planes> planes::fit_scan(const ptzcal::scan &scan, ptzcal::view<const double> readings,
+    std::uint32_t regions, const ptzcal_planes_options &options)
+{
+  detail::call call_;
+  if (!(call_.rows("readings", readings.size(), std::size_t(regions), 4))) return call_.refuse<ptzcal::planes>();
+  ptzcal_planes *planes_ = nullptr;
+  const auto code_ = ptzcal_planes_fit_scan(scan.get(), readings.data(), regions, &options, &planes_,
+      call_.error());
+  return call_.finish(code_, ptzcal::planes(planes_));
+}
+
+inline outcome<ptzcal::planes> planes::fit_scan_in_boxes(const ptzcal::scan &scan,
+    ptzcal::view<const double> boxes, std::uint32_t regions, const ptzcal_planes_options &options)
+{
+  detail::call call_;
+  if (!(call_.rows("boxes", boxes.size(), std::size_t(regions), 6))) return call_.refuse<ptzcal::planes>();
+  ptzcal_planes *planes_ = nullptr;
+  const auto code_ = ptzcal_planes_fit_scan_in_boxes(scan.get(), boxes.data(), regions, &options, &planes_,
+      call_.error());
+  return call_.finish(code_, ptzcal::planes(planes_));
+}
+
 inline outcome<ptzcal::cloud> cloud::make()
 {
   detail::call call_;
@@ -6117,6 +6445,22 @@ inline outcome<ptzcal::health_report> health_check(const ptzcal_rig_model &model
   return call_.finish(code_, ptzcal::health_report(report_));
 }
 
+inline outcome<ptzcal::health_report> health_check_spots(const ptzcal_rig_model &model,
+    const ptzcal::calibration &calibration, ptzcal::view<const double> readings,
+    ptzcal::view<const double> spots, ptzcal::view<const std::uint8_t> seen,
+    const ptzcal_health_options &options)
+{
+  detail::call call_;
+  const std::size_t n_ = readings.size() / 2;
+  if (!(call_.rows("readings", readings.size(), n_, 2) &&
+        call_.rows("spots", spots.size(), n_, 20) &&
+        call_.rows("seen", seen.size(), n_, 2))) return call_.refuse<ptzcal::health_report>();
+  ptzcal_health_report *report_ = nullptr;
+  const auto code_ = ptzcal_health_check_spots(&model, calibration.get(), readings.data(), spots.data(),
+      seen.data(), n_, &options, &report_, call_.error());
+  return call_.finish(code_, ptzcal::health_report(report_));
+}
+
 inline outcome<ptzcal::health> health_report::health() const
 {
   detail::call call_;
@@ -6423,6 +6767,68 @@ inline outcome<std::vector<std::uint8_t>> adjusted::plane_inliers() const
   const auto code_ = detail::fill(0, needed_, [&](std::size_t capacity_) {
     buffer_.resize(capacity_);
     return ptzcal_adjusted_copy_plane_inliers(get(), buffer_.data(), capacity_, &needed_, call_.error());
+  });
+  if (code_ == PTZCAL_STATUS_OK) {
+    buffer_.resize(needed_);
+  }
+  return call_.finish(code_, std::move(buffer_));
+}
+
+inline outcome<ptzcal::ties> adjustment::tie_stations(const ptzcal_tie_options &options,
+    const ptzcal::progress_callback &progress, ptzcal::optional_ref<ptzcal::cancel> token)
+{
+  detail::call call_;
+  ptzcal_ties *ties_ = nullptr;
+  const auto code_ = ptzcal_adjustment_tie_stations(get(), &options, detail::progress_function(progress),
+      detail::progress_user(progress), detail::pointer(token), &ties_, call_.error());
+  return call_.finish(code_, ptzcal::ties(ties_));
+}
+
+inline outcome<ptzcal::ties_summary> ties::summary() const
+{
+  detail::call call_;
+  ptzcal::ties_summary summary_;
+  const auto code_ = ptzcal_ties_get_summary(get(), &summary_, call_.error());
+  return call_.finish(code_, std::move(summary_));
+}
+
+inline outcome<ptzcal::link> ties::link(std::uint32_t index) const
+{
+  detail::call call_;
+  ptzcal::link link_;
+  const auto code_ = ptzcal_ties_get_link(get(), index, &link_, call_.error());
+  return call_.finish(code_, std::move(link_));
+}
+
+inline std::string ties::link_reason(std::uint32_t index) const
+{
+  return ptzcal_ties_link_reason(get(), index);
+}
+
+inline outcome<ptzcal::registration> ties::registration(std::uint32_t index) const
+{
+  detail::call call_;
+  ptzcal_registration *registration_ = nullptr;
+  const auto code_ = ptzcal_ties_get_registration(get(), index, &registration_, call_.error());
+  return call_.finish(code_, ptzcal::registration(registration_));
+}
+
+inline outcome<ptzcal::loop> ties::loop(std::uint32_t index) const
+{
+  detail::call call_;
+  ptzcal::loop closure_;
+  const auto code_ = ptzcal_ties_get_loop(get(), index, &closure_, call_.error());
+  return call_.finish(code_, std::move(closure_));
+}
+
+inline outcome<std::vector<std::uint32_t>> ties::copy_loop(std::uint32_t index) const
+{
+  detail::call call_;
+  std::vector<std::uint32_t> buffer_;
+  std::size_t needed_ = 0;
+  const auto code_ = detail::fill(0, needed_, [&](std::size_t capacity_) {
+    buffer_.resize(capacity_);
+    return ptzcal_ties_copy_loop(get(), index, buffer_.data(), capacity_, &needed_, call_.error());
   });
   if (code_ == PTZCAL_STATUS_OK) {
     buffer_.resize(needed_);
@@ -6895,6 +7301,74 @@ inline outcome<std::vector<double>> sweep::curve() const
   return call_.finish(code_, std::move(buffer_));
 }
 
+inline outcome<ptzcal::camera> camera::read(ptzcal::c_string path, ptzcal::camera_format format)
+{
+  detail::call call_;
+  ptzcal::camera camera_;
+  const auto code_ = ptzcal_camera_read(path.get(), format, &camera_, call_.error());
+  return call_.finish(code_, std::move(camera_));
+}
+
+inline outcome<void> camera::write(ptzcal::c_string path, ptzcal::camera_format format) const
+{
+  detail::call call_;
+  const auto code_ = ptzcal_camera_write(this, path.get(), format, call_.error());
+  return call_.finish(code_);
+}
+
+inline outcome<ptzcal::camera_list> camera_list::make()
+{
+  detail::call call_;
+  ptzcal_camera_list *list_ = nullptr;
+  const auto code_ = ptzcal_camera_list_new(&list_, call_.error());
+  return call_.finish(code_, ptzcal::camera_list(list_));
+}
+
+inline outcome<void> camera_list::add(const ptzcal_camera &camera, ptzcal::c_string name)
+{
+  detail::call call_;
+  const auto code_ = ptzcal_camera_list_add(get(), &camera, name.get(), call_.error());
+  return call_.finish(code_);
+}
+
+inline outcome<ptzcal::camera_list> camera_list::read(ptzcal::c_string path, ptzcal::camera_format format)
+{
+  detail::call call_;
+  ptzcal_camera_list *list_ = nullptr;
+  const auto code_ = ptzcal_camera_list_read(path.get(), format, &list_, call_.error());
+  return call_.finish(code_, ptzcal::camera_list(list_));
+}
+
+inline outcome<void> camera_list::write(ptzcal::c_string path, ptzcal::camera_format format) const
+{
+  detail::call call_;
+  const auto code_ = ptzcal_camera_list_write(get(), path.get(), format, call_.error());
+  return call_.finish(code_);
+}
+
+inline outcome<ptzcal::camera_list::count_result> camera_list::count() const
+{
+  detail::call call_;
+  std::size_t count_ = 0;
+  std::uint32_t format_ = 0;
+  const auto code_ = ptzcal_camera_list_count(get(), &count_, &format_, call_.error());
+  return call_.finish(code_, ptzcal::camera_list::count_result{std::move(count_), std::move(format_)});
+}
+
+inline outcome<ptzcal::camera_list::camera_result> camera_list::camera(std::size_t index) const
+{
+  detail::call call_;
+  ptzcal::camera camera_;
+  std::uint32_t has_pose_ = 0;
+  const auto code_ = ptzcal_camera_list_get(get(), index, &camera_, &has_pose_, call_.error());
+  return call_.finish(code_, ptzcal::camera_list::camera_result{std::move(camera_), std::move(has_pose_)});
+}
+
+inline std::string camera_list::name(std::size_t index) const
+{
+  return ptzcal_camera_list_name(get(), index);
+}
+
 inline outcome<void> calibration::save(ptzcal::c_string path) const
 {
   detail::call call_;
@@ -6930,6 +7404,31 @@ inline outcome<ptzcal::camera> camera::load_opencv(ptzcal::c_string path)
   ptzcal::camera camera_;
   const auto code_ = ptzcal_camera_load_opencv(path.get(), &camera_, call_.error());
   return call_.finish(code_, std::move(camera_));
+}
+
+inline outcome<ptzcal::calibration_load_inputs_result> calibration_load_inputs(ptzcal::c_string path)
+{
+  detail::call call_;
+  ptzcal_correspondences *set_ = nullptr;
+  ptzcal_calibration_options *options_ = nullptr;
+  const auto code_ = ptzcal_calibration_load_inputs(path.get(), &set_, &options_, call_.error());
+  return call_.finish(code_, ptzcal::calibration_load_inputs_result{ptzcal::correspondences(set_),
+      ptzcal::calibration_options(options_)});
+}
+
+inline outcome<std::size_t> correspondences::add_csv(ptzcal::c_string path)
+{
+  detail::call call_;
+  std::size_t added_ = 0;
+  const auto code_ = ptzcal_correspondences_add_csv(get(), path.get(), &added_, call_.error());
+  return call_.finish(code_, std::move(added_));
+}
+
+inline outcome<void> correspondences::save_csv(ptzcal::c_string path) const
+{
+  detail::call call_;
+  const auto code_ = ptzcal_correspondences_save_csv(get(), path.get(), call_.error());
+  return call_.finish(code_);
 }
 
 inline outcome<void> scan::save_ply(ptzcal::c_string path) const

@@ -412,6 +412,27 @@ struct measured_by {
   std::int32_t number_ = 0;
 };
 
+struct camera_format {
+  enum value : std::uint32_t {
+    auto_ = PTZCAL_CAMERA_FORMAT_AUTO,
+    json = PTZCAL_CAMERA_FORMAT_JSON,
+    opencv_yaml = PTZCAL_CAMERA_FORMAT_OPENCV_YAML,
+    opencv_xml = PTZCAL_CAMERA_FORMAT_OPENCV_XML,
+    opencv_json = PTZCAL_CAMERA_FORMAT_OPENCV_JSON,
+    ros = PTZCAL_CAMERA_FORMAT_ROS,
+    colmap = PTZCAL_CAMERA_FORMAT_COLMAP,
+    mrcal = PTZCAL_CAMERA_FORMAT_MRCAL,
+    kalibr = PTZCAL_CAMERA_FORMAT_KALIBR,
+  };
+  constexpr camera_format() noexcept = default;
+  constexpr camera_format(value known) noexcept : number_(known) {}
+  explicit constexpr camera_format(std::uint32_t number) noexcept : number_(number) {}
+  constexpr operator std::uint32_t() const noexcept { return number_; }
+
+ private:
+  std::uint32_t number_ = 0;
+};
+
 inline constexpr std::uint32_t max_count = PTZCAL_MAX_COUNT;
 inline constexpr std::uint32_t max_string = PTZCAL_MAX_STRING;
 inline constexpr std::uint32_t sift_keypoint_size = PTZCAL_SIFT_KEYPOINT_SIZE;

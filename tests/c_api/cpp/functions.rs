@@ -151,7 +151,10 @@ fn call<'a>(found: &'a Declarations, enums: &[String], c: &'a Function) -> Call<
         _ => (Kind::Free, String::new()),
     };
     let rest = c.name.strip_prefix(&format!("{owner}_")).unwrap_or(c.name.strip_prefix("ptzcal_").unwrap());
-    let short = ["get_", "copy_"].iter().find_map(|p| rest.strip_prefix(p)).unwrap_or(rest);
+    // What is got as a struct and copied as an array keeps the two apart.
+    let is_got = |short: &&str| found.functions.iter().any(|f| f.name == format!("{owner}_get_{short}"));
+    let copied = rest.strip_prefix("copy_").filter(|short| !is_got(short));
+    let short = rest.strip_prefix("get_").or(copied).unwrap_or(rest);
     let name = match (kind, short) {
         (Kind::Static, "new") => "make".to_owned(),
         (Kind::Static, s) => s.strip_prefix("new_").map_or(s.to_owned(), |from| format!("from_{from}")),

@@ -20,14 +20,27 @@ const SAID_OTHERWISE: [(&str, &str, &str); 3] = [
 pub fn read(function: &str, param: &str, comment: &str) -> Option<Length> {
     let said = SAID_OTHERWISE.iter().find(|(f, p, _)| (*f, *p) == (function, param)).map(|(_, _, length)| *length);
     let text = said.unwrap_or(comment.strip_prefix("Receives ").unwrap_or(comment));
-    let words: Vec<&str> = text.split_whitespace().map(|w| w.trim_end_matches([':', ',', ';', '.'])).collect();
+    // A colon ends what is said of the length.
+    let text = text.split(':').next().unwrap_or_default();
+    let words: Vec<&str> = text.split_whitespace().map(|w| w.trim_end_matches([',', ';', '.'])).collect();
     let mut factors = vec![*words.first()?];
     let mut at = 1;
     while words.get(at) == Some(&"x") {
         factors.push(words.get(at + 1)?);
         at += 2;
     }
+    if words.get(at) == Some(&"n") {
+        factors.push("n");
+        at += 1;
+    }
+    let regions;
     let each = match &words[at..] {
+        ["numbers", "for", "each", ..] => return None,
+        ["numbers", "a" | "an", noun, ..] => {
+            regions = format!("{noun}s");
+            factors.push(&regions);
+            1
+        }
         ["numbers" | "bytes" | "indices" | "distances", ..] => 1,
         ["standard", "deviations", ..] | ["working", "distances", ..] => 1,
         ["pairs", ..] => 2,
@@ -62,6 +75,9 @@ fn lengths_are_read_from_comments() {
     assert_eq!(length("15 x 15 numbers, row-major."), is("225", ""));
     assert_eq!(length("Receives columns x rows x 2 numbers: pixels."), is("2", "columns rows"));
     assert_eq!(length("PTZCAL_RIG_PARAMETERS standard deviations."), is("PTZCAL_RIG_PARAMETERS", ""));
+    assert_eq!(length("20 n numbers: for each shot the spot."), is("20", "n"));
+    assert_eq!(length("6 numbers a region: least x, y, z."), is("6", "regions"));
+    assert_eq!(length("6 numbers for each box."), None);
     assert_eq!(length("n pairs of noises, px."), is("2", "n"));
     assert_eq!(length("n shots of 4 numbers: pan."), is("4", "n"));
     assert_eq!(length("Receives 0 (far) to 1 (near)."), None);
