@@ -125,8 +125,8 @@ class call {
   ptzcal::error failure(std::int32_t status) const
   {
     if (!error_) return ptzcal::error(ptzcal::status(status), ptzcal_status_name(status));
-    return ptzcal::error(ptzcal::status(status), ptzcal_error_message(error_), ptzcal_error_hint(error_),
-                         ptzcal_error_index(error_));
+    return ptzcal::error(ptzcal::status(ptzcal_error_status(error_)), ptzcal_error_message(error_),
+                         ptzcal_error_hint(error_), ptzcal_error_index(error_));
   }
   template <class T>
   static outcome<T> fail(ptzcal::error error)
