@@ -8768,7 +8768,7 @@ ptzcal_status ptzcal_health_check(const ptzcal_rig_model *model,
  *                    then in the head camera and in the fixed one now; of each u, v, pixels, and its
  *                    covariance xx, xy, yy, px^2, positive definite.
  * @param seen        2 n bytes: was the spot of each shot seen now in the head camera, in the fixed one? 0:
- *                    no, its numbers do not matter, but for being finite. May be NULL: all were seen.
+ *                    no, and its numbers do not matter, but for being finite; may be NULL: all were seen.
  * @param n           Number of shots, 1 to 10000.
  * @param options     The options; may be NULL: the defaults.
  * @param report      Receives the report; free it with ptzcal_health_report_free.

@@ -4,7 +4,7 @@
 use std::ops::ControlFlow::{Break, Continue};
 
 use nalgebra::{Vector3, Vector6};
-use ptzcal::calibrate::{Calibration, CalibrationOptions, calibrate_camera};
+use ptzcal::calibrate::{Calibration, CalibrationOptions, DistortionModel, calibrate_camera};
 use ptzcal::control::Log;
 use ptzcal::health::{HealthOptions, HealthReport, Verdict, check_health, choose_shots, pair_shots};
 use ptzcal::rig::{FixedCamera, Rig, RigOptions, RigParts, Scan, ScanOptions, ScanRegion, fire_shots, scan_region};
@@ -38,7 +38,9 @@ impl Room {
         let before =
             scan_region(&mut rig, &region, &ScanOptions::default(), &mut fixed, &mut |_| Continue(())).unwrap();
         let set = before.correspondences(0).unwrap();
-        let calibration = calibrate_camera(&set, &CalibrationOptions::default()).unwrap();
+        // With the room's kind of lens: a wrong one moves spots as no camera does.
+        let options = CalibrationOptions { distortion: DistortionModel::Radial2, ..CalibrationOptions::default() };
+        let calibration = calibrate_camera(&set, &options).unwrap();
         let chosen = choose_shots(&before, 0, 10).unwrap();
         let readings = chosen.iter().map(|i| (before.shots[*i].pan, before.shots[*i].tilt)).collect();
         Self { simulator, rig, fixed, calibration, before, readings }

@@ -40,8 +40,8 @@ pub fn section(name: &str, scan: &Scan) -> String {
             String::new()
         }
     );
-    let eyes: Vec<(String, Box<dyn Fn(&Shot) -> Sighting>)> = eyes(scan);
-    let row = |(eye, seen): &(String, Box<dyn Fn(&Shot) -> Sighting>)| {
+    let eyes = eyes(scan);
+    let row = |(eye, seen): &Eye| {
         let missed = |miss: Miss| shots.iter().filter(|s| seen(s) == Err(miss)).count().to_string();
         let found = shots.iter().filter(|s| seen(s).is_ok()).count();
         let cells = [eye.clone(), found.to_string()];
