@@ -3581,12 +3581,12 @@ outcome<ptzcal::health_report> health_check(const ptzcal_rig_model &model,
 //   then in the head camera and in the fixed one now; of each u, v, pixels, and its covariance xx,
 //   xy, yy, px^2, positive definite.
 //   seen: 2 n bytes: was the spot of each shot seen now in the head camera, in the fixed one? 0:
-//   no, its numbers do not matter, but for being finite. May be NULL: all were seen.
+//   no, and its numbers do not matter, but for being finite; may be left out: all were seen.
 //   options: The options; may be left out: the defaults.
 // C: ptzcal_health_check_spots
 outcome<ptzcal::health_report> health_check_spots(const ptzcal_rig_model &model,
     const ptzcal::calibration &calibration, ptzcal::view<const double> readings,
-    ptzcal::view<const double> spots, ptzcal::view<const std::uint8_t> seen,
+    ptzcal::view<const double> spots, ptzcal::view<const std::uint8_t> seen = {},
     const ptzcal_health_options &options = ptzcal::health_options());
 
 // Given what is scanned, where to shoot next so that the fixed camera's position becomes surer.
@@ -6454,7 +6454,7 @@ inline outcome<ptzcal::health_report> health_check_spots(const ptzcal_rig_model 
   const std::size_t n_ = readings.size() / 2;
   if (!(call_.rows("readings", readings.size(), n_, 2) &&
         call_.rows("spots", spots.size(), n_, 20) &&
-        call_.rows("seen", seen.size(), n_, 2))) return call_.refuse<ptzcal::health_report>();
+        call_.rows_or_none("seen", seen.size(), n_, 2))) return call_.refuse<ptzcal::health_report>();
   ptzcal_health_report *report_ = nullptr;
   const auto code_ = ptzcal_health_check_spots(&model, calibration.get(), readings.data(), spots.data(),
       seen.data(), n_, &options, &report_, call_.error());
