@@ -19,7 +19,14 @@ FEATURES ?= $(if $(and $(LIBCLANG),$(CLANG_HEADERS)),--features v4l2)
 # What a program that links libptzcal.a needs besides (rustc --print native-static-libs).
 SYSTEM_LIBS := -lgcc_s -lutil -lrt -lpthread -lm -ldl
 
-.PHONY: help demo test fuzz accuracy bench install installcheck header lint release-abi need-cargo need-cc
+# Bytes of the stripped library: installcheck says when it grows beyond.
+MAX_SIZE ?= 9500000
+STRIP ?= strip
+# Where Debian has libraries, and its packages' folder.
+MULTIARCH := $(shell dpkg-architecture -qDEB_HOST_MULTIARCH 2>/dev/null || $${CC:-cc} -print-multiarch 2>/dev/null)
+DEB := $(TARGET)/deb
+
+.PHONY: help demo test fuzz accuracy bench install install-build install-files installcheck deb wheel wheel-files docs header lint release-abi need-cargo need-cc
 
 help:
 	@echo "make demo       scans a simulated room and calibrates cameras; results in target/demo"
@@ -27,8 +34,12 @@ help:
 	@echo "make accuracy   measures accuracy against bounds and truth; target/accuracy.json"
 	@echo "make fuzz       ten million random inputs for every reader of outside bytes"
 	@echo "make bench      measures speed, ours and the peers'; target/bench.json"
-	@echo "make install    installs library, header, laser guard and ptzcal.pc (PREFIX=$(PREFIX), DESTDIR=)"
-	@echo "make header     writes include/ptzcal.h anew from src/capi"
+	@echo "make install    installs libraries, headers, laser guard, ptzcal.pc, CMake package (PREFIX=$(PREFIX), DESTDIR=)"
+	@echo "make deb        makes Debian packages; $(DEB)"
+	@echo "make installcheck  builds the examples against what was installed, and against the packages"
+	@echo "make wheel      the Python package with the library in it; target/wheels"
+	@echo "make docs       the manual and the header's reference as HTML and man page; target/docs"
+	@echo "make header     writes include/ptzcal.h and bindings/cpp anew from src/capi"
 	@echo "make lint       formatting and clippy"
 
 need-cargo:
@@ -60,15 +71,22 @@ bench: need-cargo
 	@command -v $(PYTHON) >/dev/null || { echo "SKIPPED the peers: $(PYTHON) is not installed"; exit 0; }; \
 	set -e; venv="$(TARGET)/bench-venv"; \
 	[ -x "$$venv/bin/python" ] || $(PYTHON) -m venv "$$venv"; \
-	for package in numpy scipy opencv-python-headless open3d; do \
+	for package in numpy scipy opencv-python-headless open3d plyfile; do \
 	  "$$venv/bin/python" -m pip install --quiet --disable-pip-version-check "$$package" || echo "$$package cannot be installed"; \
 	done; \
 	"$$venv/bin/python" -c 'import numpy' 2>/dev/null || { echo "SKIPPED the peers: NumPy cannot be installed"; exit 0; }; \
 	PTZCAL_LIBRARY="$(abspath $(TARGET))/release/libptzcal.so" PYTHONPATH=bindings/python \
 	  "$$venv/bin/python" benches/peers/bench.py --out "$(TARGET)/bench.json"
 
+docs:
+	@command -v doxygen >/dev/null || { echo "doxygen is missing (Debian: apt-get install doxygen)"; exit 1; }
+	mkdir -p $(TARGET)/docs
+	PTZCAL_DOCS=$(TARGET)/docs doxygen docs/Doxyfile
+	@echo "the manual: $(TARGET)/docs/html/index.html"
+
 header: need-cargo
 	PTZCAL_UPDATE_HEADER=1 $(CARGO) test --quiet --test c_api the_header_is_what_the_sources_make
+	PTZCAL_UPDATE_HEADER=1 $(CARGO) test --quiet --test c_api the_cpp_headers_are_what_the_c_header_makes
 
 # At a release only: from then on this is the ABI that must be kept.
 release-abi: need-cargo
@@ -80,33 +98,62 @@ lint: need-cargo
 	@if $(CARGO) clippy --version >/dev/null 2>&1; then $(CARGO) clippy --all-targets $(FEATURES) -- -D warnings; \
 	else echo "SKIPPED clippy: it is not installed (rustup component add clippy)"; fi
 
+install: install-build install-files
+
 # The archive is built without link-time optimisation, so that any linker takes it.
-install: need-cargo
+install-build: need-cargo
 	$(CARGO) build --release $(FEATURES) --lib --bins
 	CARGO_PROFILE_RELEASE_LTO=off $(CARGO) rustc --release $(FEATURES) --lib --crate-type staticlib --target-dir $(TARGET)/archive
-	install -d $(DESTDIR)$(LIBDIR)/pkgconfig $(DESTDIR)$(INCLUDEDIR) $(DESTDIR)$(LIBEXECDIR)/ptzcal
+
+# Fills in what packaging/*.in leave open; paths of the CMake package are relative.
+FILL = sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@LIBDIR@|$(LIBDIR)|' -e 's|@INCLUDEDIR@|$(INCLUDEDIR)|' \
+  -e 's|@VERSION@|$(VERSION)|' -e 's|@ABI@|$(ABI)|' -e 's|@SYSTEM_LIBS@|$(SYSTEM_LIBS)|' \
+  -e "s|@INCLUDE_FROM_LIB@|$$(realpath -m --relative-to='$(LIBDIR)' '$(INCLUDEDIR)')|"
+
+# What was built before, without building.
+install-files:
+	install -d $(DESTDIR)$(LIBDIR)/pkgconfig $(DESTDIR)$(LIBDIR)/cmake/ptzcal $(DESTDIR)$(INCLUDEDIR)/ptzcal \
+	  $(DESTDIR)$(LIBEXECDIR)/ptzcal
 	install -m 755 $(TARGET)/release/ptzcal-laser-guard $(DESTDIR)$(LIBEXECDIR)/ptzcal/ptzcal-laser-guard
 	install -m 755 $(TARGET)/release/libptzcal.so $(DESTDIR)$(LIBDIR)/libptzcal.so.$(ABI).$(VERSION)
+	@command -v $(STRIP) >/dev/null && $(STRIP) --strip-unneeded $(DESTDIR)$(LIBDIR)/libptzcal.so.$(ABI).$(VERSION) \
+	  $(DESTDIR)$(LIBEXECDIR)/ptzcal/ptzcal-laser-guard || echo "SKIPPED stripping: $(STRIP) is not installed"
 	ln -sf libptzcal.so.$(ABI).$(VERSION) $(DESTDIR)$(LIBDIR)/libptzcal.so.$(ABI)
 	ln -sf libptzcal.so.$(ABI) $(DESTDIR)$(LIBDIR)/libptzcal.so
 	install -m 644 $(TARGET)/archive/release/libptzcal.a $(DESTDIR)$(LIBDIR)/libptzcal.a
-	install -m 644 include/ptzcal.h $(DESTDIR)$(INCLUDEDIR)/ptzcal.h
-	@printf '%s\n' 'prefix=$(PREFIX)' 'libdir=$(LIBDIR)' 'includedir=$(INCLUDEDIR)' '' \
-	  'Name: ptzcal' \
-	  'Description: Calibrates surveillance cameras with a pan-tilt-zoom camera and a laser pointer' \
-	  'Version: $(VERSION)' \
-	  'Cflags: -I$${includedir}' 'Libs: -L$${libdir} -lptzcal' 'Libs.private: $(SYSTEM_LIBS)' \
-	  > $(DESTDIR)$(LIBDIR)/pkgconfig/ptzcal.pc
+	install -m 644 include/ptzcal.h bindings/cpp/ptzcal.hpp $(DESTDIR)$(INCLUDEDIR)
+	install -m 644 bindings/cpp/ptzcal/*.hpp $(DESTDIR)$(INCLUDEDIR)/ptzcal
+	@$(FILL) packaging/ptzcal.pc.in > $(DESTDIR)$(LIBDIR)/pkgconfig/ptzcal.pc
+	@for file in ptzcalConfig.cmake ptzcalConfigVersion.cmake; do \
+	  $(FILL) packaging/$$file.in > $(DESTDIR)$(LIBDIR)/cmake/ptzcal/$$file; \
+	done
 	@echo "installed libptzcal.so.$(ABI).$(VERSION) in $(DESTDIR)$(LIBDIR)"
 
-# Installs into a scratch folder and builds a C program against it, as its users do.
-installcheck: need-cc
+# A Python wheel with the library in it: who installs it needs no compiler.
+wheel: need-cargo
+	$(PYTHON) -m pip wheel --no-deps --wheel-dir $(TARGET)/wheels ./bindings/python
+
+# Builds what goes into the wheel and says where it is (bindings/python/setup.py).
+wheel-files: need-cargo
+	@$(CARGO) build --release $(FEATURES) --lib --bins 1>&2
+	@echo "$(abspath $(TARGET))/release"
+
+# From the installed tree, without debhelper. Built on the oldest Debian that they shall run on.
+deb: install-build
+	@command -v dpkg-deb >/dev/null || { echo "SKIPPED Debian packages: dpkg-deb is not installed"; exit 0; }; \
+	set -e; rm -rf $(DEB); \
+	$(MAKE) --no-print-directory install-files PREFIX=/usr LIBDIR=/usr/lib/$(MULTIARCH) DESTDIR=$(abspath $(DEB))/tree; \
+	packaging/deb.sh $(DEB)/tree /usr/lib/$(MULTIARCH) $(ABI) $(VERSION) $(abspath $(DEB))/packages
+
+# Installs into scratch folders, and builds the examples in empty ones, as users do: against the tree of
+# make install, and against the packages unpacked into an empty root.
+installcheck: need-cc install-build
 	rm -rf $(TARGET)/installcheck
-	$(MAKE) --no-print-directory install PREFIX=$(abspath $(TARGET))/installcheck DESTDIR=
-	@command -v pkg-config >/dev/null || { echo "SKIPPED building against ptzcal.pc: pkg-config is not installed"; exit 0; }; \
-	set -e; cd $(TARGET)/installcheck; export PKG_CONFIG_PATH=$$PWD/lib/pkgconfig; \
-	$${CC:-cc} -I$(CURDIR)/tests/c $(CURDIR)/tests/c/versions.c $$(pkg-config --cflags --libs ptzcal) -o shared; \
-	LD_LIBRARY_PATH=$$PWD/lib ./shared; \
-	$${CC:-cc} -I$(CURDIR)/tests/c $(CURDIR)/tests/c/versions.c $$(pkg-config --cflags ptzcal) lib/libptzcal.a $(SYSTEM_LIBS) -o archive; \
-	./archive; \
-	echo "installcheck: a C program runs against the installed library, shared and archive"
+	$(MAKE) --no-print-directory install-files PREFIX=$(abspath $(TARGET))/installcheck/prefix DESTDIR=
+	MAX_SIZE=$(MAX_SIZE) packaging/check.sh $(abspath $(TARGET))/installcheck/prefix/lib \
+	  $(abspath $(TARGET))/installcheck/prefix/include $(CURDIR)/examples $(abspath $(TARGET))/installcheck/user
+	$(MAKE) --no-print-directory deb
+	@command -v dpkg-deb >/dev/null || exit 0; set -e; root=$(abspath $(TARGET))/installcheck/root; mkdir -p $$root; \
+	for package in $(DEB)/packages/*.deb; do dpkg-deb --extract $$package $$root; done; \
+	MAX_SIZE=$(MAX_SIZE) packaging/check.sh /usr/lib/$(MULTIARCH) /usr/include $(CURDIR)/examples \
+	  $(abspath $(TARGET))/installcheck/package-user $$root

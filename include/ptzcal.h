@@ -2551,7 +2551,8 @@ typedef struct ptzcal_calibration_summary {
 
 /**
  * Calibrates a camera from 2D-3D measurements. The set is in use until the call returns: other
- * threads may read it, but adding to it is PTZCAL_STATUS_BUSY.
+ * threads may read it, but adding to it is PTZCAL_STATUS_BUSY. The calibration keeps a copy of both,
+ * which ptzcal_calibration_save writes.
  *
  * @param set     The measurements.
  * @param options The options; may be NULL: the defaults.
@@ -4504,8 +4505,8 @@ ptzcal_status ptzcal_pose_estimate_copy_covariance(const ptzcal_pose_estimate *e
  * Planes of scans
  *
  * The planes that a station sees (walls, floor, ceiling, faces of furniture), found in points, in laser
- * shots or in depths, or fitted to regions that you name; each with its covariance, where it was
- * measured, and which measurements belong to it. Two stations' planes give the pose between them:
+ * shots or in depths; each with its covariance, where it was measured, and which measurements belong to
+ * it. Those of a scan, and those of regions that you name, have chapters of their own. Two stations' planes give the pose between them:
  * ptzcal_register_stations.
  *
  * A plane is n . X = 1 in the station's frame: n is the unit normal, away from the station, over the
@@ -4608,6 +4609,30 @@ ptzcal_status ptzcal_planes_find_points(const double *xyz,
                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
+ * Finds the planes of a cloud of points that a scanner at the origin measured by their ranges: the noise is
+ * along the rays, so that a slanted wall is known better than from points with the same noise in all
+ * directions.
+ *
+ * @param xyz     n x 3 numbers: points, metres; they may be infinite or NaN: those are passed over.
+ * @param n       Number of points.
+ * @param sigma   Standard deviation of the ranges, metres, more than 0.
+ * @param options The options; may be NULL: the defaults.
+ * @param planes  Receives the planes; free them with ptzcal_planes_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NOT_FOUND when there is no plane;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_find_ranges(const double *xyz,
+                                        size_t n,
+                                        double sigma,
+                                        const ptzcal_planes_options *options,
+                                        ptzcal_planes **planes,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
  * Finds the planes of laser shots, in the rig's frame. Spots at or beyond infinity are passed over.
  *
  * @param model           The rig model.
@@ -4657,69 +4682,6 @@ ptzcal_status ptzcal_planes_find_depths(const ptzcal_depth_map *map,
                                         const ptzcal_planes_options *options,
                                         ptzcal_planes **planes,
                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Fits one plane to each region of a cloud of points, in the order of the regions. Up to half of a
- * region may be something else.
- *
- * @param xyz     n x 3 numbers: points, metres; they may be infinite or NaN: those are passed over.
- * @param n       Number of points.
- * @param sigma   Standard deviation of the points in each direction, metres; 0: estimated from how far
- *                they are from their planes.
- * @param region_of n numbers: the region of each point, from 0; -1: of none.
- * @param regions Number of regions, 1 to 1000.
- * @param options The options; may be NULL: the defaults.
- * @param planes  Receives the planes; free them with ptzcal_planes_free.
- * @param error   Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NO_CONSENSUS when half of a region
- *         is on no plane; PTZCAL_STATUS_DEGENERATE for a region on one line or a plane through the
- *         station; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE. The error's index is the
- *         region's number.
- *
- * Threads: free.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_planes_fit_points(const double *xyz,
-                                       size_t n,
-                                       double sigma,
-                                       const int32_t *region_of,
-                                       uint32_t regions,
-                                       const ptzcal_planes_options *options,
-                                       ptzcal_planes **planes,
-                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
-
-/**
- * Fits one plane to each region of laser shots, in the order of the regions. Up to half of a region may
- * be something else.
- *
- * @param model           The rig model.
- * @param pan_tilt        n x 2 numbers: readings at each shot, radians.
- * @param spots           n x 2 numbers: the spot's pixel in the head camera.
- * @param spot_covariance n x 3 numbers: xx, xy, yy, px^2; may be NULL: 1 px, uncorrelated.
- * @param n               Number of shots.
- * @param region_of       n numbers: the region of each shot, from 0; -1: of none.
- * @param regions         Number of regions, 1 to 1000.
- * @param options         The options; may be NULL: the defaults.
- * @param planes          Receives the planes; free them with ptzcal_planes_free.
- * @param error           Receives the error; may be NULL.
- * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NO_CONSENSUS when half of a region
- *         is on no plane; PTZCAL_STATUS_DEGENERATE for a region on one line or a plane through the
- *         station; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE. The error's index is the
- *         region's number.
- *
- * Threads: free.
- * Since 0.1.0.
- */
-ptzcal_status ptzcal_planes_fit_shots(const ptzcal_rig_model *model,
-                                      const double *pan_tilt,
-                                      const double *spots,
-                                      const double *spot_covariance,
-                                      size_t n,
-                                      const int32_t *region_of,
-                                      uint32_t regions,
-                                      const ptzcal_planes_options *options,
-                                      ptzcal_planes **planes,
-                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
  * Frees planes.
@@ -4809,6 +4771,138 @@ ptzcal_status ptzcal_planes_copy_labels(const ptzcal_planes *planes,
 ptzcal_status ptzcal_planes_sigma(const ptzcal_planes *planes,
                                   double *sigma,
                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Planes of regions
+ *
+ * One plane for each part of a cloud or of laser shots that you name, in the order of naming: by a number
+ * for each measurement, or by boxes.
+ * ============================================================================================= */
+
+/**
+ * Fits one plane to each region of a cloud of points. Up to half of a region may be something else.
+ *
+ * @param xyz     n x 3 numbers: points, metres; they may be infinite or NaN: those are passed over.
+ * @param n       Number of points.
+ * @param sigma   Standard deviation of the points in each direction, metres; 0: estimated from how far
+ *                they are from their planes.
+ * @param region_of n numbers: the region of each point, from 0; -1: of none.
+ * @param regions Number of regions, 1 to 1000.
+ * @param options The options; may be NULL: the defaults.
+ * @param planes  Receives the planes; free them with ptzcal_planes_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NO_CONSENSUS when half of a region
+ *         is on no plane; PTZCAL_STATUS_DEGENERATE for a region on one line or a plane through the
+ *         station; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE. The error's index is the
+ *         region's number.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_fit_points(const double *xyz,
+                                       size_t n,
+                                       double sigma,
+                                       const int32_t *region_of,
+                                       uint32_t regions,
+                                       const ptzcal_planes_options *options,
+                                       ptzcal_planes **planes,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Fits one plane to what each of several boxes holds of a cloud of points. Up to half of that may be
+ * something else.
+ *
+ * @param xyz     n x 3 numbers: points, metres; they may be infinite or NaN: those are passed over.
+ * @param n       Number of points.
+ * @param sigma   Standard deviation of the points in each direction, metres; 0: estimated from how far
+ *                they are from their planes.
+ * @param boxes   6 numbers a region: least x, y, z of a box, then greatest, metres, in the station's frame.
+ * @param regions Number of boxes, 1 to 1000.
+ * @param options The options; may be NULL: the defaults.
+ * @param planes  Receives the planes; free them with ptzcal_planes_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NO_CONSENSUS when half of a region
+ *         is on no plane; PTZCAL_STATUS_DEGENERATE for a region on one line or a plane through the
+ *         station; PTZCAL_STATUS_INVALID_ARGUMENT, also for a box without inside; PTZCAL_STATUS_NOT_FINITE. The
+ *         error's index is the box's number.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_fit_points_in_boxes(const double *xyz,
+                                                size_t n,
+                                                double sigma,
+                                                const double *boxes,
+                                                uint32_t regions,
+                                                const ptzcal_planes_options *options,
+                                                ptzcal_planes **planes,
+                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Fits one plane to each region of laser shots. Up to half of a region may be something else.
+ *
+ * @param model           The rig model.
+ * @param pan_tilt        n x 2 numbers: readings at each shot, radians.
+ * @param spots           n x 2 numbers: the spot's pixel in the head camera.
+ * @param spot_covariance n x 3 numbers: xx, xy, yy, px^2; may be NULL: 1 px, uncorrelated.
+ * @param n               Number of shots.
+ * @param region_of       n numbers: the region of each shot, from 0; -1: of none.
+ * @param regions         Number of regions, 1 to 1000.
+ * @param options         The options; may be NULL: the defaults.
+ * @param planes          Receives the planes; free them with ptzcal_planes_free.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NO_CONSENSUS when half of a region
+ *         is on no plane; PTZCAL_STATUS_DEGENERATE for a region on one line or a plane through the
+ *         station; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE. The error's index is the
+ *         region's number.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_fit_shots(const ptzcal_rig_model *model,
+                                      const double *pan_tilt,
+                                      const double *spots,
+                                      const double *spot_covariance,
+                                      size_t n,
+                                      const int32_t *region_of,
+                                      uint32_t regions,
+                                      const ptzcal_planes_options *options,
+                                      ptzcal_planes **planes,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Fits one plane to what each of several boxes holds of laser shots. Up to half of that may be something
+ * else.
+ *
+ * @param model           The rig model.
+ * @param pan_tilt        n x 2 numbers: readings at each shot, radians.
+ * @param spots           n x 2 numbers: the spot's pixel in the head camera.
+ * @param spot_covariance n x 3 numbers: xx, xy, yy, px^2; may be NULL: 1 px, uncorrelated.
+ * @param n               Number of shots.
+ * @param boxes           6 numbers a region: least x, y, z of a box, then greatest, metres, in the rig's
+ *                        frame.
+ * @param regions         Number of boxes, 1 to 1000.
+ * @param options         The options; may be NULL: the defaults.
+ * @param planes          Receives the planes; free them with ptzcal_planes_free.
+ * @param error           Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NO_CONSENSUS when half of a region
+ *         is on no plane; PTZCAL_STATUS_DEGENERATE for a region on one line or a plane through the
+ *         station; PTZCAL_STATUS_INVALID_ARGUMENT, also for a box without inside; PTZCAL_STATUS_NOT_FINITE. The
+ *         error's index is the box's number.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_fit_shots_in_boxes(const ptzcal_rig_model *model,
+                                               const double *pan_tilt,
+                                               const double *spots,
+                                               const double *spot_covariance,
+                                               size_t n,
+                                               const double *boxes,
+                                               uint32_t regions,
+                                               const ptzcal_planes_options *options,
+                                               ptzcal_planes **planes,
+                                               ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
  * Poses between stations by planes
@@ -7587,6 +7681,81 @@ ptzcal_status ptzcal_roof_edges_add_plane_scan(ptzcal_roof_edges *edges,
                                                ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+ * Planes of a scan
+ *
+ * A scan as it is: its shots need not be copied. The frame is the rig's. Labels (ptzcal_planes_copy_labels)
+ * are those of the scan's shots, in their order; a shot that measured no depth has -1.
+ * ============================================================================================= */
+
+/**
+ * Finds the planes that a scan shows.
+ *
+ * @param scan    The scan.
+ * @param options The options; may be NULL: the defaults.
+ * @param planes  Receives the planes; free them with ptzcal_planes_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NOT_FOUND when there is no plane;
+ *         PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_find_scan(const ptzcal_scan *scan,
+                                      const ptzcal_planes_options *options,
+                                      ptzcal_planes **planes,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Fits one plane to the shots of a scan whose readings lie in a range, for each of several ranges. Up to half
+ * of them may have hit something else.
+ *
+ * @param scan     The scan.
+ * @param readings 4 numbers a region: least and greatest pan, least and greatest tilt, radians, ends included.
+ * @param regions  Number of regions, 1 to 1000.
+ * @param options  The options; may be NULL: the defaults.
+ * @param planes   Receives the planes, in the order of the regions; free them with ptzcal_planes_free.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NO_CONSENSUS when half of a region
+ *         is on no plane; PTZCAL_STATUS_DEGENERATE for a region on one line or a plane through the
+ *         rig; PTZCAL_STATUS_INVALID_ARGUMENT, also for a range that ends before it begins;
+ *         PTZCAL_STATUS_NOT_FINITE. The error's index is the region's number.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_fit_scan(const ptzcal_scan *scan,
+                                     const double *readings,
+                                     uint32_t regions,
+                                     const ptzcal_planes_options *options,
+                                     ptzcal_planes **planes,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Fits one plane to the shots of a scan that hit something in a box, for each of several boxes. Up to half of
+ * them may have hit something else.
+ *
+ * @param scan    The scan.
+ * @param boxes   6 numbers a region: least x, y, z of a box, then greatest, metres, in the rig's frame.
+ * @param regions Number of boxes, 1 to 1000.
+ * @param options The options; may be NULL: the defaults.
+ * @param planes  Receives the planes, in the order of the boxes; free them with ptzcal_planes_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NO_CONSENSUS when half of a region
+ *         is on no plane; PTZCAL_STATUS_DEGENERATE for a region on one line or a plane through the
+ *         rig; PTZCAL_STATUS_INVALID_ARGUMENT, also for a box without inside;
+ *         PTZCAL_STATUS_NOT_FINITE. The error's index is the box's number.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_planes_fit_scan_in_boxes(const ptzcal_scan *scan,
+                                              const double *boxes,
+                                              uint32_t regions,
+                                              const ptzcal_planes_options *options,
+                                              ptzcal_planes **planes,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
  * Clouds
  *
  * Coloured points of the world, with what is known of their noise: from a scan, from a depth map, from
@@ -9461,6 +9630,281 @@ ptzcal_status ptzcal_adjusted_copy_plane_inliers(const ptzcal_adjusted *adjusted
                                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+ * Stations along a path
+ *
+ * A survey from many stations, of which nobody needs to say which shots hit which wall: every pair of
+ * stations is registered by the planes that both saw, planes that are the same become one, loops of stations
+ * are closed as a test, and the shots that hit the planes enter the joint adjustment. Solving it puts all
+ * stations, and every fixed camera that any of them lit, into one frame with their covariance.
+ * ============================================================================================= */
+
+/** What ties the stations of a survey. Immutable: any number of threads may read it. */
+typedef struct ptzcal_ties ptzcal_ties;
+
+/** How stations are tied. */
+typedef struct ptzcal_tie_options {
+  /** Set by ptzcal_tie_options_init. */
+  uint32_t struct_size;
+  /** 0. */
+  uint32_t reserved;
+  /**
+   * How planes are found; their flatness is that of the survey's planes too, 1e-6 to 1 m. NULL: the
+   * defaults.
+   */
+  const ptzcal_planes_options *planes;
+  /**
+   * How two stations are registered; a prior only where there is one pair: what is known of the stations
+   * is said with their poses. NULL: the defaults.
+   */
+  const ptzcal_station_options *stations;
+  /** Pairs of stations to register, 2 numbers a pair, each pair once. NULL: every station with every other. */
+  const uint32_t *pairs;
+  /** Number of pairs; 0 with NULL. */
+  size_t pair_count;
+  /** Chance below which a loop of stations does not close and is refused, 0 to 1. */
+  double min_closure;
+} ptzcal_tie_options;
+
+/** What ties the stations of a survey, in numbers. */
+typedef struct ptzcal_ties_summary {
+  /** Set by ptzcal_ties_summary_init. */
+  uint32_t struct_size;
+  /** Pairs of stations that were tried: see ptzcal_ties_get_link. */
+  uint32_t links;
+  /** Those of them that have a pose. */
+  uint32_t linked;
+  /** Loops of links: see ptzcal_ties_get_loop. */
+  uint32_t loops;
+  /** Planes that were added to the survey. */
+  uint64_t planes;
+  /** Shots that were said to hit one of them. */
+  uint64_t shots;
+} ptzcal_ties_summary;
+
+/** Two stations that were tried. */
+typedef struct ptzcal_link {
+  /** Set by ptzcal_link_init. */
+  uint32_t struct_size;
+  /**
+   * A ptzcal_status: PTZCAL_STATUS_OK where planes tell the pose between them, or why they do not, as
+   * ptzcal_register_stations says it (PTZCAL_STATUS_AMBIGUOUS for instance).
+   */
+  int32_t status;
+  /** Station a. */
+  uint32_t station_a;
+  /** Station b. */
+  uint32_t station_b;
+} ptzcal_link;
+
+/** A loop of stations, and what is left when its links are followed all the way around. */
+typedef struct ptzcal_loop {
+  /** Set by ptzcal_loop_init. */
+  uint32_t struct_size;
+  /** How many stations it has: see ptzcal_ties_copy_loop. */
+  uint32_t stations;
+  /** Angle that is left, radians. */
+  double rotation;
+  /** Distance that is left, metres. */
+  double position;
+  /** Chance of that or more by the links' covariances. */
+  double probability;
+} ptzcal_loop;
+
+/**
+ * Sets up options: all pairs of stations, the defaults of ptzcal_planes_options_init and
+ * ptzcal_station_options_init, loops that close by a chance of 1e-6 or more.
+ *
+ * @param options The struct.
+ * @param size    sizeof *options.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_tie_options_init(ptzcal_tie_options *options,
+                                      size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds the planes that the stations of a survey share, and adds them to it with the shots that hit them. Of
+ * the stations no pose needs to be known; what was said of them (odometry, with its covariance) settles what
+ * planes alone leave ambiguous. Shots that the head camera did not see say nothing here. A survey that is
+ * refused is left as it was. ptzcal_adjustment_solve then finds stations and cameras together.
+ *
+ * @param adjustment The survey, at most 100 stations. It is in use until the call returns.
+ * @param options    The options, set up by ptzcal_tie_options_init; may be NULL: the defaults.
+ * @param progress   Hears how many steps are done (each station is one, then each pair), and can stop them;
+ *                   may be NULL.
+ * @param user       Handed to it.
+ * @param token      Stops it from another thread; may be NULL. It is looked at before each step.
+ * @param ties       Receives what ties the stations; free it with ptzcal_ties_free.
+ * @param error      Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BAD_STATE when a station without a pose shares planes with none of
+ *         the others (the message has the reason of each pair); PTZCAL_STATUS_AMBIGUOUS when a loop of
+ *         stations does not close (the message has it); PTZCAL_STATUS_INVALID_ARGUMENT;
+ *         PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_CANCELLED; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_adjustment_tie_stations(ptzcal_adjustment *adjustment,
+                                             const ptzcal_tie_options *options,
+                                             ptzcal_progress_fn progress,
+                                             void *user,
+                                             const ptzcal_cancel *token,
+                                             ptzcal_ties **ties,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees ties. Registrations taken from them live on.
+ *
+ * @param ties The ties; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_ties_free(ptzcal_ties *ties) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a summary: everything 0.
+ *
+ * @param summary The struct.
+ * @param size    sizeof *summary.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_ties_summary_init(ptzcal_ties_summary *summary,
+                                       size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * How many links, loops, planes and shots there are.
+ *
+ * @param ties    The ties.
+ * @param summary Receives the numbers; set up by ptzcal_ties_summary_init.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_ties_get_summary(const ptzcal_ties *ties,
+                                      ptzcal_ties_summary *summary,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a link: everything 0.
+ *
+ * @param link The struct.
+ * @param size sizeof *link.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_link_init(ptzcal_link *link, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * A pair of stations that was tried: in the order of the options' pairs, or 0 and 1, 0 and 2, and so on.
+ *
+ * @param ties  The ties.
+ * @param index Which one, from 0.
+ * @param link  Receives the link; set up by ptzcal_link_init.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for an index that is none.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_ties_get_link(const ptzcal_ties *ties,
+                                   uint32_t index,
+                                   ptzcal_link *link,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Why planes do not tell the pose between the stations of a link.
+ *
+ * @param ties  The ties; may be NULL.
+ * @param index The link.
+ * @return A string that lives as long as the ties; "" for a link that has a pose and when there is no such
+ *         link; never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_ties_link_reason(const ptzcal_ties *ties,
+                                    uint32_t index) PTZCAL_NOEXCEPT;
+
+/**
+ * The pose between the stations of a link, and the planes that it is from.
+ *
+ * @param ties         The ties.
+ * @param index        The link.
+ * @param registration Receives the registration; free it with ptzcal_registration_free.
+ * @param error        Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for an index that is none; the link's status
+ *         for one that has no pose.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_ties_get_registration(const ptzcal_ties *ties,
+                                           uint32_t index,
+                                           ptzcal_registration **registration,
+                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Sets up a loop: everything 0.
+ *
+ * @param closure The struct.
+ * @param size    sizeof *closure.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_loop_init(ptzcal_loop *closure, size_t size) PTZCAL_NOEXCEPT;
+
+/**
+ * How well a loop of stations closes.
+ *
+ * @param ties    The ties.
+ * @param index   Which loop, from 0.
+ * @param closure Receives what is left; set up by ptzcal_loop_init.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for an index that is none.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_ties_get_loop(const ptzcal_ties *ties,
+                                   uint32_t index,
+                                   ptzcal_loop *closure,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Copies the stations of a loop in their order; the last is linked to the first.
+ *
+ * @param ties     The ties.
+ * @param index    The loop.
+ * @param buffer   Receives the stations; may be NULL when capacity is 0.
+ * @param capacity Numbers that fit.
+ * @param needed   Receives the number of stations; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for an index that is none;
+ *         PTZCAL_STATUS_BUFFER_TOO_SMALL: nothing was copied.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_ties_copy_loop(const ptzcal_ties *ties,
+                                    uint32_t index,
+                                    uint32_t *buffer,
+                                    size_t capacity,
+                                    size_t *needed,
+                                    ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
  * Joint adjustment: solving
  *
  * The maximum-likelihood estimate of everything that is free, from a cold start, by
@@ -10414,7 +10858,8 @@ void ptzcal_plan_free(ptzcal_plan *result) PTZCAL_NOEXCEPT;
  * @param scanned     n shots of 4 numbers: pan and tilt as read (radians), measured depth along the
  *                    head's axis (metres), 1 when the fixed camera saw the spot, else 0.
  * @param n           Shots, 1 to 100,000.
- * @param candidates  Positions to choose from, 100,000 at most; each is taken once.
+ * @param candidates  Positions to choose from, 100,000 at most. Each is taken once before its depth is known;
+ *                    one that the fixed camera saw may be shot again and again.
  * @param head_sigma  Noise of a spot in the head camera, px.
  * @param fixed_sigma Noise of a spot in the fixed camera, px.
  * @param target      Stops where the position's expected root mean square error is below, metres; 0: never.
@@ -11031,15 +11476,226 @@ ptzcal_status ptzcal_sweep_copy_curve(const ptzcal_sweep *sweep,
                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+ * Cameras in files of other programs
+ *
+ * One entry for all formats: ptzcal_camera_read and ptzcal_camera_write for one camera, a list with names
+ * for the formats that hold several. A file is read whole or refused, with its line and key in the
+ * message; what a format cannot hold (skew, the division model, k3 in Kalibr's) is refused with
+ * PTZCAL_STATUS_UNSUPPORTED, never rounded to what it can.
+ * ============================================================================================= */
+
+/**
+ * File formats of cameras. The lens is told by its own keys in each; all numbers are pixels, metres
+ * and radians, as everywhere, whatever the format's own origin of pixels is.
+ */
+enum {
+  /**
+   * Reading: the file's content tells. Writing: the ending does: .json our own, .yaml and .yml OpenCV's,
+   * .xml OpenCV's, .cameramodel mrcal's.
+   */
+  PTZCAL_CAMERA_FORMAT_AUTO = 0,
+  /** Our own, to the last bit. One camera. */
+  PTZCAL_CAMERA_FORMAT_JSON = 1,
+  /**
+   * OpenCV's FileStorage, with the keys of its calibration sample and the pose in two keys of our
+   * own. One camera.
+   */
+  PTZCAL_CAMERA_FORMAT_OPENCV_YAML = 2,
+  /** The same as XML. */
+  PTZCAL_CAMERA_FORMAT_OPENCV_XML = 3,
+  /** The same as JSON. */
+  PTZCAL_CAMERA_FORMAT_OPENCV_JSON = 4,
+  /** ROS's camera_info: lens and name of one camera. It has no pose. */
+  PTZCAL_CAMERA_FORMAT_ROS = 5,
+  /** The folder of a COLMAP model as text. Any number of cameras, an image each. */
+  PTZCAL_CAMERA_FORMAT_COLMAP = 6,
+  /** mrcal's .cameramodel. One camera. */
+  PTZCAL_CAMERA_FORMAT_MRCAL = 7,
+  /** Kalibr's camchain. Any number of cameras; the world is the first one's frame. */
+  PTZCAL_CAMERA_FORMAT_KALIBR = 8,
+};
+typedef uint32_t ptzcal_camera_format;
+
+/** Cameras with names. */
+typedef struct ptzcal_camera_list ptzcal_camera_list;
+
+/**
+ * Reads the one camera of a file.
+ *
+ * @param path   The file; of COLMAP its folder.
+ * @param format A ptzcal_camera_format.
+ * @param camera Receives the camera; set up by ptzcal_camera_init. Its pose is the identity when the
+ *               file has none.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_FILE_FORMAT (the message names the line
+ *         and the key); PTZCAL_STATUS_FILE_VERSION; PTZCAL_STATUS_UNSUPPORTED for a lens that this
+ *         library does not have; PTZCAL_STATUS_AMBIGUOUS for a file with several cameras.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_read(const char *path,
+                                 uint32_t format,
+                                 ptzcal_camera *camera,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes one camera. The file is at every moment the old one or the whole new one.
+ *
+ * @param camera The camera.
+ * @param path   The file; of COLMAP its folder, which is made where it is not there.
+ * @param format A ptzcal_camera_format.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_DISK_FULL; PTZCAL_STATUS_UNSUPPORTED for
+ *         what the format cannot hold; PTZCAL_STATUS_INVALID_ARGUMENT.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_write(const ptzcal_camera *camera,
+                                  const char *path,
+                                  uint32_t format,
+                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes an empty list.
+ *
+ * @param list  Receives the list; free it with ptzcal_camera_list_free.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_list_new(ptzcal_camera_list **list,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a list.
+ *
+ * @param list The list; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_camera_list_free(ptzcal_camera_list *list) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a camera with its pose.
+ *
+ * @param list   The list.
+ * @param camera The camera.
+ * @param name   What files call it; may be NULL: it has no name.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_list_add(ptzcal_camera_list *list,
+                                     const ptzcal_camera *camera,
+                                     const char *name,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Reads all cameras of a file.
+ *
+ * @param path   The file; of COLMAP its folder.
+ * @param format A ptzcal_camera_format.
+ * @param list   Receives the list; free it with ptzcal_camera_list_free.
+ * @param error  Receives the error; may be NULL.
+ * @return As ptzcal_camera_read, for any number of cameras.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_list_read(const char *path,
+                                      uint32_t format,
+                                      ptzcal_camera_list **list,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes all cameras of a list into one file, or COLMAP's folder. COLMAP calls an image without a name
+ * camera0, camera1, ...; names of its images have no white space.
+ *
+ * @param list   The list.
+ * @param path   The file; of COLMAP its folder, which is made where it is not there.
+ * @param format A ptzcal_camera_format.
+ * @param error  Receives the error; may be NULL.
+ * @return As ptzcal_camera_write (index: the camera); PTZCAL_STATUS_INVALID_ARGUMENT for an empty list
+ *         and for several cameras in a format that holds one; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_list_write(const ptzcal_camera_list *list,
+                                       const char *path,
+                                       uint32_t format,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * How many cameras a list has, and the format that it was read from.
+ *
+ * @param list   The list.
+ * @param count  Receives the number.
+ * @param format Receives the ptzcal_camera_format, PTZCAL_CAMERA_FORMAT_AUTO for a list that was not
+ *               read from a file; may be NULL.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_list_count(const ptzcal_camera_list *list,
+                                       size_t *count,
+                                       uint32_t *format,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * A camera of a list.
+ *
+ * @param list     The list.
+ * @param index    The camera, from 0.
+ * @param camera   Receives the camera; set up by ptzcal_camera_init.
+ * @param has_pose Receives 0 when the file did not say where the camera is, so that its pose is the
+ *                 identity and means nothing, otherwise 1; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for no such camera; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_list_get(const ptzcal_camera_list *list,
+                                     size_t index,
+                                     ptzcal_camera *camera,
+                                     uint32_t *has_pose,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Name of a camera of a list.
+ *
+ * @param list  The list; may be NULL.
+ * @param index The camera, from 0.
+ * @return A string that lives as long as the list; "" when the camera has no name or is not there;
+ *         never NULL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+const char *ptzcal_camera_list_name(const ptzcal_camera_list *list,
+                                    size_t index) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
  * Files
  *
- * Cameras and clouds on disk. A file is written at once or not at all: on an error the old one, if
+ * Calibrations, cameras, tables of points and clouds on disk. A file is written at once or not at all: on an error the old one, if
  * there was one, is still there.
  * ============================================================================================= */
 
 /**
  * Writes a calibration as JSON: the camera, its covariance, the residuals and what else it says of
- * itself, every number to its last bit.
+ * itself, every number to its last bit; of ptzcal_calibrate_camera also the measurements and options that
+ * it was made from, so that ptzcal_calibration_load_inputs can solve it again.
  *
  * @param calibration The calibration.
  * @param path        The file.
@@ -11101,7 +11757,7 @@ ptzcal_status ptzcal_camera_save_opencv(const ptzcal_camera *camera,
                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
- * Reads a camera from OpenCV's YAML. Without our keys its pose is the identity.
+ * Reads a camera from OpenCV's YAML, XML or JSON. Without our keys its pose is the identity.
  *
  * @param path   The file.
  * @param camera Receives the camera; set up by ptzcal_camera_init.
@@ -11115,6 +11771,68 @@ ptzcal_status ptzcal_camera_save_opencv(const ptzcal_camera *camera,
 ptzcal_status ptzcal_camera_load_opencv(const char *path,
                                         ptzcal_camera *camera,
                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Reads what a calibration was made from, out of a file of ptzcal_calibration_save. With the same version
+ * of the library on the same kind of machine ptzcal_calibrate_camera makes the same calibration of it, to
+ * the last bit.
+ *
+ * @param path    The file.
+ * @param set     Receives the measurements; free them with ptzcal_correspondences_free.
+ * @param options Receives the options; free them with ptzcal_calibration_options_free.
+ * @param error   Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_FILE_FORMAT; PTZCAL_STATUS_FILE_VERSION;
+ *         PTZCAL_STATUS_NOT_FOUND for a camera without them; PTZCAL_STATUS_INVALID_ARGUMENT for
+ *         measurements or options that are none.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_calibration_load_inputs(const char *path,
+                                             ptzcal_correspondences **set,
+                                             ptzcal_calibration_options **options,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds the points of a table of comma-separated values, all or none. Its first line names the columns, in
+ * any order: x y z (metres, world) and u v (pixels). Optional: sigma_x sigma_y sigma_z (m), or cov_xx
+ * cov_xy cov_xz cov_yy cov_yz cov_zz (m^2); sigma_u sigma_v (px), or cov_uu cov_uv cov_vv (px^2), each
+ * group empty where a point has none; name and comment, which are passed over. So are lines that begin
+ * with #. The last line has its end, or the file was cut short.
+ *
+ * @param set   The set.
+ * @param path  The file.
+ * @param added Receives the number of points; may be NULL.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_FILE_FORMAT (the message names the line
+ *         and the column); PTZCAL_STATUS_INVALID_ARGUMENT for a covariance that is none;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_correspondences_add_csv(ptzcal_correspondences *set,
+                                             const char *path,
+                                             size_t *added,
+                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes the points of a set as a table of comma-separated values, every number to its last bit: see
+ * ptzcal_correspondences_add_csv.
+ *
+ * @param set   The set, of points only.
+ * @param path  The file.
+ * @param error Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_DISK_FULL; PTZCAL_STATUS_UNSUPPORTED for
+ *         laser shots and lines, which are no points (ptzcal_calibration_save writes all kinds);
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_correspondences_save_csv(const ptzcal_correspondences *set,
+                                              const char *path,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
  * Writes the measured points of a scan as binary PLY, with their colours and covariances:

@@ -8,6 +8,7 @@
 //! ptz  rig  rig_calibration  rgbd    workflows: drive; aim and scan; calibrate the rig; colour and depth;
 //! angle_learning  probe              learn what a head's numbers mean; find out what a device does;
 //! network  study  pointing  health   tie stations; label and plan; click to point; has it moved?
+//! report                             what was measured, as a page for people
 //! detect  calibrate  adjust  pose    algorithms: pure functions of their input;
 //! cloud                              clouds and surfaces
 //! device  sim                        the ports (traits) and what implements them
@@ -42,6 +43,7 @@ pub mod pointing;
 pub mod pose;
 pub mod probe;
 pub mod ptz;
+pub mod report;
 pub mod rgbd;
 pub mod rig;
 pub mod rig_calibration;

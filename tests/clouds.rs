@@ -10,7 +10,9 @@ use std::time::Duration;
 
 use nalgebra::Vector3;
 use ptzcal::cloud::{Picture, RayGrid, SurfaceOptions, mesh_depth, texture, thin, transform, triangulate};
-use ptzcal::format::{PcdData, read_pcd, write_glb, write_mesh, write_pcd, write_ply, write_ply_mesh};
+use ptzcal::format::{
+    PcdData, read_pcd, read_ply, read_ply_mesh, write_glb, write_mesh, write_pcd, write_ply, write_ply_mesh,
+};
 use ptzcal::geometry::rigid::{exp, rotation_x, rotation_y};
 use ptzcal::geometry::{Camera, CloudNoise, Distortion, Intrinsics, InverseDepthPoint, Mesh, PointCloud, Rigid};
 use ptzcal::image::{Image, PixelFormat};
@@ -125,6 +127,43 @@ fn others_read_what_we_write() {
     let (success, text) =
         python::output(Command::new(python).args(["-c", SCRIPT]).arg(folder.path()), Duration::from_secs(120));
     assert!(success && text.contains("agreed"), "{text}");
+}
+
+/// plyfile reads our clouds and meshes, with every property; what it writes again, as text and in both byte
+/// orders, we read back.
+#[test]
+fn plyfile_reads_and_writes_the_same() {
+    let Some(python) = python::environment("ply-venv", &["numpy", "plyfile"], "plyfile") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = mesh();
+    let cloud = PointCloud { noise: CloudNoise::Deviations(vec![0.25; mesh.vertices.len()]), ..mesh.vertices.clone() };
+    write_ply(&folder.path().join("cloud.ply"), &cloud).unwrap();
+    write_ply_mesh(&folder.path().join("mesh.ply"), &mesh).unwrap();
+    let script = r#"
+import sys
+from pathlib import Path
+from plyfile import PlyData
+folder = Path(sys.argv[1])
+for name in ("cloud", "mesh"):
+    ply = PlyData.read(str(folder / f"{name}.ply"))
+    ply.text = True
+    ply.write(str(folder / f"{name}-text.ply"))
+    for order, end in (("<", "little"), (">", "big")):
+        ply.text, ply.byte_order = False, order
+        ply.write(str(folder / f"{name}-{end}.ply"))
+    print(name, len(ply["vertex"]), len(ply["face"]) if "face" in ply else 0)
+"#;
+    let (success, text) =
+        python::output(Command::new(python).args(["-c", script]).arg(folder.path()), Duration::from_secs(60));
+    let wanted = format!("cloud {0} 0\nmesh {0} {1}\n", cloud.len(), mesh.triangles.len());
+    assert!(success && text == wanted, "{text}");
+    // Ours is in floats already: nothing more is rounded.
+    let [ours_cloud, ours_mesh] = ["cloud.ply", "mesh.ply"].map(|name| folder.path().join(name));
+    for way in ["text", "little", "big"] {
+        let theirs = |name: &str| folder.path().join(format!("{name}-{way}.ply"));
+        assert!(read_ply(&theirs("cloud")).unwrap().cloud == read_ply(&ours_cloud).unwrap().cloud, "{way}");
+        assert!(read_ply_mesh(&theirs("mesh")).unwrap() == read_ply_mesh(&ours_mesh).unwrap(), "{way}");
+    }
 }
 
 /// Two real scans of a room, compressed by PCL: read, written in every way, registered, thinned.

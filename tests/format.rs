@@ -6,9 +6,10 @@ use std::process::Command;
 
 use nalgebra::{DMatrix, Vector2, Vector3};
 use ptzcal::error::{Error, Result, Status};
+use ptzcal::format::cameras::opencv;
 use ptzcal::format::{
-    CalibrationRecord, CameraRecord, OpenCvCamera, model_json, opencv_yaml, ply, read_camera, read_opencv_yaml,
-    read_ply, write_atomically, write_camera, write_opencv_yaml, write_ply,
+    CalibrationRecord, CameraRecord, OpenCvCamera, model_json, ply, read_camera, read_opencv, read_ply,
+    write_atomically, write_camera, write_opencv_yaml, write_ply,
 };
 use ptzcal::geometry::rigid::exp;
 use ptzcal::geometry::{Camera, CloudNoise, Distortion, Intrinsics, PointCloud, Rigid};
@@ -70,6 +71,7 @@ fn calibration() -> CalibrationRecord {
         noise_factor: 1.01,
         condition: 1e5 / 3.0,
         iterations: 7,
+        inputs: None,
     }
 }
 
@@ -196,13 +198,13 @@ fn yaml_gives_back_every_bit() {
         for rms in [None, Some(0.1 + 0.2)] {
             let file = OpenCvCamera { camera: camera(*lens), rms };
             write_opencv_yaml(&folder.file("camera.yaml"), &file).unwrap();
-            assert_eq!(read_opencv_yaml(&folder.file("camera.yaml")).unwrap(), file);
+            assert_eq!(read_opencv(&folder.file("camera.yaml")).unwrap(), file);
         }
     }
     let with = |change: fn(&mut Camera)| {
         let mut file = OpenCvCamera { camera: camera(Distortion::None), rms: None };
         change(&mut file.camera);
-        opencv_yaml::to_yaml(&file).unwrap_err().status()
+        opencv::to_yaml(&file).unwrap_err().status()
     };
     assert_eq!(with(|c| c.distortion = Distortion::Division(-0.1)), Status::Unsupported);
     assert_eq!(with(|c| c.intrinsics.skew = 0.5), Status::Unsupported);
@@ -211,9 +213,9 @@ fn yaml_gives_back_every_bit() {
 
 #[test]
 fn yaml_that_is_cut_short_is_refused_at_every_byte() {
-    let text = opencv_yaml::to_yaml(&OpenCvCamera { camera: camera(lenses()[1]), rms: Some(0.3) }).unwrap();
+    let text = opencv::to_yaml(&OpenCvCamera { camera: camera(lenses()[1]), rms: Some(0.3) }).unwrap();
     for length in 0..text.trim_end().len() {
-        let e = opencv_yaml::from_yaml(&text.as_bytes()[..length], "camera.yaml").unwrap_err();
+        let e = opencv::from_yaml(&text.as_bytes()[..length], "camera.yaml").unwrap_err();
         assert_eq!(e.status(), Status::FileFormat, "{length}: {e}");
     }
 }
@@ -227,7 +229,7 @@ fn yaml_of_others_is_read() {
         Distortion_Coefficients: !!opencv-matrix\n   rows: 5\n   cols: 1\n   dt: d\n   data: [ -4.1e-01, 5.7e-01, 0., 0., \
         -.5 ]\nAvg_Reprojection_Error: 3.4e-01\nPer_View_Reprojection_Errors: !!opencv-matrix\n   rows: 1\n   cols: 2\n   \
         dt: f\n   data: [ .3, 3.7e-01 ]\n...\n";
-    let read = |text: &str| opencv_yaml::from_yaml(text.as_bytes(), "other.yaml");
+    let read = |text: &str| opencv::from_yaml(text.as_bytes(), "other.yaml");
     let file = read(old).unwrap();
     assert_eq!(file.camera.intrinsics, Intrinsics { fx: 657.0, fy: 658.0, skew: 0.0, cx: 319.5, cy: 239.5 });
     assert_eq!(file.camera.distortion, Distortion::BrownConrady([-0.41, 0.57, 0.0, 0.0, -0.5]));
@@ -255,7 +257,7 @@ fn yaml_of_others_is_read() {
         ("cols: 5\n  data: [-0.41,", "cols: 8\n  data: [1, 0, 0, -0.41,", Status::Unsupported, "8 coefficients"),
         ("data: [-0.41,", "data: [", Status::FileFormat, "4 numbers"),
         ("data: [-0.41,", "data: [.Nan,", Status::FileFormat, "distortion_coefficients"),
-        ("data: [-0.41,", "data: [inf,", Status::FileFormat, "line 9"),
+        ("data: [-0.41,", "data: [inf,", Status::FileFormat, "line 12: distortion_coefficients.data.0"),
         ("rows: 3", "rows: 99999999999999999999", Status::FileFormat, "camera_matrix"),
         ("rows: 3", "rows: 6148914691236517207", Status::FileFormat, "camera_matrix"),
         ("[657, 0, 319.5, 0,", "[657, 0, 319.5, 4,", Status::FileFormat, "camera_matrix"),
@@ -264,7 +266,7 @@ fn yaml_of_others_is_read() {
         ("image_width: 640", "image_width: wide", Status::FileFormat, "image_width"),
         ("image_width: 640\n", "", Status::FileFormat, "image_width"),
         ("image_height: 480", "image_width: 480", Status::FileFormat, "twice"),
-        ("image_width: 640\n", "  - 640\n", Status::FileFormat, "line 1"),
+        ("image_width: 640\n", "  - 640\n", Status::FileFormat, "line 2"),
         ("image_width: 640\n", "<xml>\n", Status::FileFormat, "line 1"),
     ] {
         assert!(ros.contains(from), "{from}");

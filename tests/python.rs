@@ -88,12 +88,60 @@ fn example_detects_a_spot() {
 }
 
 #[test]
+fn plots() {
+    let Some(python) = environment("plots-venv", &["numpy", "matplotlib"], "numpy, matplotlib") else { return };
+    let mut command = Command::new(python);
+    command
+        .args(["-m", "unittest", "discover", "-s", "bindings/python/tests", "-p", "test_plots.py"])
+        .current_dir(root())
+        .env("PTZCAL_LIBRARY", library().shared())
+        .env("PYTHONPATH", root().join("bindings/python"))
+        .env("PYTHONDONTWRITEBYTECODE", "1");
+    let (success, text) = output(&mut command, Duration::from_secs(120));
+    assert!(success && text.contains("\nOK\n"), "{text}");
+}
+
+#[test]
+fn example_calibrates_a_fleet() {
+    let packages = ["numpy", "dask", "distributed"];
+    let Some(python) = environment("fleet-venv", &packages, "numpy, dask.distributed") else { return };
+    let mut command = Command::new(python);
+    command
+        .args(["examples/python/calibrate_fleet.py", "--cameras", "20", "--workers", "2"])
+        .current_dir(root())
+        .env("PTZCAL_LIBRARY", library().shared())
+        .env("PYTHONPATH", root().join("bindings/python"))
+        .env("PYTHONDONTWRITEBYTECODE", "1");
+    let (success, text) = output(&mut command, Duration::from_secs(120));
+    assert!(success && text.contains("18 of 20 cameras in "), "{text}");
+    // Those that see one wall only are refused, by name; the others do not suffer.
+    assert!(["camera 9: ", "camera 19: "].iter().all(|name| text.contains(&format!("{name}degenerate"))), "{text}");
+}
+
+#[test]
 fn example_surveys_two_stations() {
     if let Some(text) = run(&["examples/python/survey_two_stations.py"]) {
         let line = text.lines().find_map(|l| l.strip_prefix("B is turned by ")).unwrap();
         let angle: f64 = line.split(' ').next().unwrap().parse().unwrap();
         assert!((angle - 1.1f64.to_degrees()).abs() < 0.1, "{text}");
         assert!(text.lines().last().unwrap().starts_with("B is at ("), "{text}");
+    }
+}
+
+#[test]
+fn example_surveys_a_path() {
+    if let Some(text) = run(&["examples/python/survey_path.py"]) {
+        assert!(text.contains("loop 0"), "{text}");
+        // "camera 0 ... off 1.2 mm, 2.0 expected": within four standard deviations of three numbers.
+        let cameras: Vec<&str> = text.lines().filter(|l| l.starts_with("camera ")).collect();
+        assert_eq!(cameras.len(), 2, "{text}");
+        for line in cameras {
+            let numbers = line.split("off ").nth(1).unwrap();
+            let (off, expected) = numbers.split_once(" mm, ").unwrap();
+            let (off, expected) = (off, expected.split(' ').next().unwrap());
+            let (off, expected): (f64, f64) = (off.parse().unwrap(), expected.parse().unwrap());
+            assert!(off < 4.0 * expected && expected < 20.0, "{line}");
+        }
     }
 }
 

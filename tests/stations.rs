@@ -1,14 +1,16 @@
 //! Rig stations that planes tie, with and without fixed cameras, from a cold start.
 
+#[path = "support/survey.rs"]
+mod survey;
 #[path = "support/thesis.rs"]
 mod thesis;
 
 use nalgebra::{DVector, Matrix2, Vector3};
 use ptzcal::Error;
-use ptzcal::adjust::{AdjustOptions, Adjusted, Adjustment, CameraSetup, Prior, Shot, Sighting, Station, adjust};
+use ptzcal::adjust::{AdjustOptions, Adjustment, CameraSetup, Shot, Sighting, Station, adjust};
 use ptzcal::error::Status;
 use ptzcal::geometry::{Camera, Rigid, rigid};
-use ptzcal::network::{TieOptions, tie_stations};
+use survey::{solve, squared, station_error};
 use thesis::{BOXES, Noise, ROOM, choose, far, grid, rig};
 
 /// Shots on a plane from one station.
@@ -88,24 +90,6 @@ fn survey(stations: &[Rigid], cameras: &[Camera], sigma: f64, seed: u64) -> Surv
         }
     }
     Survey { input, planes }
-}
-
-fn solve(input: &Adjustment) -> Adjusted {
-    adjust(input, &AdjustOptions::default()).unwrap()
-}
-
-/// Rotation and position of a station beyond the truth's.
-fn station_error(a: &Adjusted, station: usize, truth: &Rigid) -> DVector<f64> {
-    let pose = &a.stations[station];
-    let turn = rigid::log(&(pose.rotation * truth.rotation.transpose()));
-    let shift = pose.translation - truth.translation;
-    DVector::from_iterator(6, turn.iter().chain(shift.iter()).copied())
-}
-
-fn squared(a: &Adjusted, first: usize, error: &DVector<f64>) -> f64 {
-    let n = error.len();
-    let block = a.covariance.view((first, first), (n, n)).into_owned();
-    error.dot(&block.cholesky().unwrap().solve(error))
 }
 
 #[test]
@@ -256,131 +240,4 @@ fn what_planes_cannot_tell_is_refused() {
     assert!(input.set_plane(shot, plane + 1).is_err());
     input.set_plane(shot, plane).unwrap();
     assert!(input.set_plane(shot, plane).is_err(), "twice");
-}
-
-/// What a robot says of its pose: 4 cm and 2 degrees off.
-fn odometry(truth: &Rigid, index: usize) -> Station {
-    let side = if index.is_multiple_of(2) { 1.0 } else { -1.0 };
-    let pose = Rigid {
-        rotation: rigid::rotation_y(0.035 * side) * truth.rotation,
-        translation: truth.translation + Vector3::new(0.03, -0.01, 0.025) * side,
-    };
-    Station { pose: Some(pose), prior: Prior::of_sigmas(&[0.03, 0.03, 0.03, 0.05, 0.05, 0.05]) }
-}
-
-/// All shots of the grid from every station, of which nothing is said but where they were fired.
-fn whole_survey(stations: &[Rigid], cameras: &[Camera], sigma: f64, told: bool) -> Adjustment {
-    let mut noise = Noise::new(3);
-    let mut input = Adjustment::new(rig()).unwrap();
-    for c in cameras {
-        input.add_camera(CameraSetup::new(c.width, c.height)).unwrap();
-    }
-    let covariance = Matrix2::identity() * (sigma * sigma);
-    for (index, pose) in stations.iter().enumerate() {
-        input
-            .add_station(match index {
-                0 => Station { pose: Some(*pose), prior: Prior::fixed(6) },
-                _ if told => odometry(pose, index),
-                _ => Station::unknown(),
-            })
-            .unwrap();
-        for (i, s) in grid(&rig(), pose, cameras).iter().enumerate() {
-            // One shot in five hundred went wrong.
-            let head = s.head + noise.pixel(if i % 500 == 7 { 20.0 } else { sigma });
-            let sighting = |(camera, p): (usize, &Option<_>)| {
-                p.map(|p: nalgebra::Vector2<f64>| Sighting { camera, pixel: p + noise.pixel(sigma), covariance })
-            };
-            let sightings: Vec<Sighting> = s.fixed.iter().enumerate().filter_map(sighting).collect();
-            // The camera is lit from the last station alone.
-            let sightings = if index + 1 == stations.len() { sightings } else { Vec::new() };
-            let head = Some((head, covariance));
-            input.add_shot(Shot { station: index, pan: s.pan, tilt: s.tilt, head, sightings }).unwrap();
-        }
-    }
-    input
-}
-
-/// Short steps, all turned to the corner of the left and the far wall.
-fn walk() -> [Rigid; 3] {
-    let at = |x: f64, y: f64, z: f64, turn: f64| Rigid {
-        rotation: rigid::rotation_y(turn),
-        translation: Vector3::new(x, y, z),
-    };
-    [at(0.0, 0.0, 0.0, -0.45), at(0.35, 0.05, 0.15, -0.55), at(0.55, 0.0, -0.1, -0.5)]
-}
-
-/// A camera above the path that looks to the same corner.
-fn above() -> Camera {
-    let pose = Rigid::look_at(&Vector3::new(0.5, -0.7, -0.3), &Vector3::new(-0.9, 0.2, 3.5)).unwrap();
-    Camera { pose, ..far() }
-}
-
-/// Nobody says which shots hit which plane; odometry says roughly where the stations are.
-#[test]
-fn a_path_of_stations_is_tied_by_what_they_saw() {
-    let stations = walk();
-    let truth = above();
-    let mut input = whole_survey(&stations, &[truth], 0.2, true);
-    let ties = tie_stations(&mut input, &TieOptions::default()).unwrap();
-    for link in &ties.links {
-        let pose = link.pose.as_ref().unwrap_or_else(|e| panic!("{:?}: {e}", link.stations));
-        println!("{:?}: {} planes, agreement {:.2}", link.stations, pose.matches.len(), pose.agreement);
-    }
-    for l in &ties.loops {
-        println!(
-            "{:?}: {:.2} mrad, {:.1} mm left, chance {:.2}",
-            l.stations,
-            l.rotation * 1e3,
-            l.position * 1e3,
-            l.probability
-        );
-    }
-    assert!(ties.planes >= 5 && ties.shots > input.shots().len() / 3);
-    assert_eq!(ties.loops.len(), 1, "three links of three stations");
-    let a = solve(&input);
-    for (station, truth) in stations.iter().enumerate().skip(1) {
-        let error = station_error(&a, station, truth);
-        let distance = squared(&a, a.places()[1 + station].start, &error);
-        println!(
-            "station {station}: {:.2} mrad, {:.2} mm, chi-square {distance:.1} of 6",
-            error.rows(0, 3).norm() * 1e3,
-            error.rows(3, 3).norm() * 1e3
-        );
-        // One in a thousand.
-        assert!(distance < 22.5, "{distance}");
-        assert!(error.rows(0, 3).norm() < 5e-3 && error.rows(3, 3).norm() < 0.02);
-    }
-    let at = a.cameras[0].camera.centre() - truth.centre();
-    println!("the camera at the end of the path: {:.1} mm", at.norm() * 1e3);
-    let place = a.places()[1 + stations.len()].clone();
-    assert!(squared(&a, place.end - 3, &DVector::from_column_slice(at.as_slice())) < 16.3);
-}
-
-#[test]
-fn stations_that_share_nothing_and_bad_options_are_refused() {
-    let stations = walk();
-    let input = whole_survey(&stations[..2], &[], 0.2, false);
-    let mut options = TieOptions { pairs: Some(Vec::new()), ..TieOptions::default() };
-    let mut survey = input.clone();
-    let error = tie_stations(&mut survey, &options).unwrap_err();
-    assert!(matches!(&error, Error::BadState { reason } if reason.contains("station 1")), "{error}");
-    assert!(survey == input, "as it was");
-    for pairs in [vec![[0, 0]], vec![[0, 2]]] {
-        options.pairs = Some(pairs);
-        assert_eq!(tie_stations(&mut survey, &options).unwrap_err().status(), Status::InvalidArgument);
-    }
-    // A station that looked at the ceiling only.
-    let mut blind = Adjustment::new(rig()).unwrap();
-    blind.add_station(Station::world()).unwrap();
-    blind.add_station(Station::unknown()).unwrap();
-    for shot in input.shots().iter().filter(|s| s.station == 0 || s.tilt < -0.3) {
-        blind.add_shot(shot.clone()).unwrap();
-    }
-    let error = tie_stations(&mut blind, &TieOptions::default()).unwrap_err();
-    println!("{error}");
-    assert!(matches!(&error, Error::BadState { reason } if reason.contains("0 and 1: ")), "{error}");
-    assert!(blind.planes().is_empty());
-    let cancelled = TieOptions::default();
-    cancelled.cancel.cancel();
-    assert_eq!(tie_stations(&mut survey, &cancelled).unwrap_err(), Error::Cancelled);
 }

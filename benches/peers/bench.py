@@ -1,4 +1,5 @@
-"""Times ptzcal and its peers alternately on the same inputs, in one run, one thread each.
+"""Times ptzcal and its peers alternately on the same inputs, in one run, one thread each
+(ours of some tasks with two as well).
 
     bench.py [--out target/bench.json] [--budget SECONDS] [NAME ...]
 
@@ -60,7 +61,7 @@ def measure(task: tasks.Task, budget: float) -> dict:
     return {
         "task": task.task,
         "size": task.size,
-        "threads": 1,
+        "threads": task.threads,
         "ours_ms": ours_ms,
         "peer": task.peer,
         "peer_ms": peer_ms,
@@ -78,8 +79,8 @@ def _number(value, digits=3):
 
 
 def _row(cells):
-    task, size, peer, *numbers = cells
-    return f"{task:30} {size:24} {peer:52}" + "".join(f"{n:>10}" for n in numbers)
+    task, size, threads, peer, *numbers = cells
+    return f"{task:32} {size:42} {threads:>2} {peer:46}" + "".join(f"{n:>10}" for n in numbers)
 
 
 def main() -> None:
@@ -108,8 +109,9 @@ def main() -> None:
         "Open3D": getattr(tasks.open3d, "__version__", None),
     }
     print(", ".join(f"{name} {version}" for name, version in versions.items() if version))
-    print("ours through the Python binding; one thread; milliseconds; ratio = peer / ours\n")
-    print(_row(("task", "size", "peer", "ours", "peer", "ratio", "our err.", "its err.", "")))
+    print("ours through the Python binding, with T threads, the peers with one")
+    print("milliseconds; ratio = peer / ours\n")
+    print(_row(("task", "size", "T", "peer", "ours", "peer", "ratio", "our err.", "its err.", "")))
 
     results = []
     for group in tasks.GROUPS:
@@ -121,7 +123,7 @@ def main() -> None:
             numbers = (r["ours_ms"], r["peer_ms"], r["ratio"], r["ours_error"], r["peer_error"])
             cells = [_number(number) for number in numbers]
             print(
-                _row((r["task"], r["size"], r["peer"], *cells, " " + r["error_unit"])), flush=True
+                _row((r["task"], r["size"], r["threads"], r["peer"], *cells, " " + r["error_unit"])), flush=True
             )
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
     arguments.out.write_text(json.dumps(results, indent=2) + "\n")

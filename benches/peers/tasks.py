@@ -20,6 +20,10 @@ try:
 except ImportError:
     open3d = None
 try:
+    import plyfile
+except ImportError:
+    plyfile = None
+try:
     import scipy.linalg
     import scipy.optimize
 except ImportError:
@@ -45,6 +49,8 @@ class Task:
     bound: float
     #: The calls are divided by this: loops over several inputs.
     divide: int = 1
+    #: Of ours; the peer has one.
+    threads: int = 1
 
 
 def _with(library: Any, function: Callable[[], Any]) -> Optional[Callable[[], Any]]:
@@ -711,21 +717,23 @@ def studies() -> Iterator[Task]:
     def error(means):
         return abs(means[-1, -1] / reference - 1)
 
-    for draws, peer, theirs in (
-        ("independent", "NumPy, SVD for each trial", noise_study.by_svd),
-        ("independent", "NumPy, all trials of a cell at once", noise_study.batched),
-        ("common", "NumPy, all trials of a cell at once", noise_study.batched),
+    for draws, threads, peer, theirs in (
+        ("independent", 1, "NumPy, SVD for each trial", noise_study.by_svd),
+        ("independent", 1, "NumPy, all trials of a cell at once", noise_study.batched),
+        ("independent", 2, "NumPy, all trials of a cell at once", noise_study.batched),
+        ("common", 1, "NumPy, all trials of a cell at once", noise_study.batched),
     ):
         yield Task(
             "noise study, cascade as printed",
             f"6x6 x 100 x 2 DLT x 2021, {draws} noise",
             peer,
-            lambda draws=draws: noise_study.ours(made, draws),
+            lambda draws=draws, threads=threads: noise_study.ours(made, draws, threads),
             lambda theirs=theirs: theirs(points, control),
             error,
             error,
             "",
             0.2,
+            threads=threads,
         )
 
 
@@ -780,7 +788,73 @@ def adjustments() -> Iterator[Task]:
         )
 
 
+# ---- planes -------------------------------------------------------------------------------------
+
+
+def _consensus(points, samples=200, threshold=0.015):
+    """The plane through three points that most agree with, fitted to those."""
+    rng = np.random.default_rng(1)
+    three = points[rng.integers(0, len(points), (samples, 3))]
+    normals = np.cross(three[:, 1] - three[:, 0], three[:, 2] - three[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True) + 1e-300
+    offsets = -(normals * three[:, 0]).sum(1)
+    counts = np.zeros(samples, np.int64)
+    for s in range(0, len(points), 4096):  # blocks that stay in the cache
+        distances = points[s : s + 4096] @ normals.T + offsets
+        counts += np.count_nonzero(np.abs(distances) < threshold, axis=0)
+    best = counts.argmax()
+    inliers = points[np.abs(points @ normals[best] + offsets[best]) < threshold]
+    inliers = inliers - inliers.mean(0)
+    return np.linalg.eigh(inliers.T @ inliers)[1][:, 0]
+
+
+def planes() -> Iterator[Task]:
+    """One plane with 5 mm of noise that holds 70 % of the points, the others anywhere; samples for a plane as
+    many as the peers' 200. Ours besides: covariance, extents, the view from the station."""
+    sigma = 0.005
+    normal = np.array([0.1, 0.2, -1.0]) / np.linalg.norm([0.1, 0.2, -1.0])
+    for n in (10_000, 100_000, 1_000_000):
+        rng = np.random.default_rng(n)
+        xyz = rng.uniform((-2, -2, 0), (2, 2, 5), (n, 3))
+        k = int(0.7 * n)
+        xyz[:k, 2] = 0.1 * xyz[:k, 0] + 0.2 * xyz[:k, 1] + 3 + rng.normal(0, sigma, k)
+        rng.shuffle(xyz)
+
+        def ours(xyz=xyz):
+            return ptzcal.Planes.find(xyz, sigma=sigma, flatness=0.0, max_planes=1)[0].normal
+
+        def numpy_consensus(xyz=xyz):
+            return _consensus(xyz)
+
+        def open3d_segment(xyz=xyz):
+            cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(xyz))
+            return cloud.segment_plane(3 * sigma, 3, 200, 1.0)[0][:3]
+
+        def error(found):
+            return np.degrees(np.arccos(min(1.0, abs(np.dot(found, normal)))))
+
+        for peer, theirs in (
+            ("NumPy, 200 samples", numpy_consensus),
+            ("Open3D segment_plane, 200 samples", _with(open3d, open3d_segment)),
+        ):
+            yield Task("plane", str(n), peer, ours, theirs, error, error, "degrees", 0.1)
+
+
 # ---- clouds -------------------------------------------------------------------------------------
+
+
+_PLY_VERTEX = np.dtype([(n, "<f4") for n in "xyz"] + [(n, "u1") for n in ("red", "green", "blue")])
+_PLY_HEADER = b"""ply
+format binary_little_endian 1.0
+element vertex %d
+property float x
+property float y
+property float z
+property uchar red
+property uchar green
+property uchar blue
+end_header
+"""
 
 
 def clouds() -> Iterator[Task]:
@@ -828,6 +902,70 @@ def clouds() -> Iterator[Task]:
         1e-6,
     )
 
+    packed = np.empty(n, _PLY_VERTEX)
+    for k, name in enumerate("xyz"):
+        packed[name] = xyz[:, k]
+    for k, name in enumerate(("red", "green", "blue")):
+        packed[name] = rgb[:, k]
+
+    def numpy_write():
+        # What knows the layout beforehand can hardly be beaten: a header, and one array.
+        with open(other_path, "wb") as file:
+            file.write(_PLY_HEADER % n)
+            for k, name in enumerate("xyz"):
+                packed[name] = xyz[:, k]
+            for k, name in enumerate(("red", "green", "blue")):
+                packed[name] = rgb[:, k]
+            packed.tofile(file)
+
+    def numpy_read(folder=folder):
+        with open(own_path, "rb") as file:
+            while file.readline() != b"end_header\n":
+                pass
+            records = np.fromfile(file, _PLY_VERTEX)
+        found = np.column_stack([records[name] for name in "xyz"]).astype(float)
+        return found, np.column_stack([records[name] for name in ("red", "green", "blue")])
+
+    def plyfile_write():
+        plyfile.PlyData([plyfile.PlyElement.describe(packed, "vertex")]).write(other_path)
+
+    def plyfile_read(folder=folder):
+        vertices = plyfile.PlyData.read(own_path)["vertex"].data
+        return np.column_stack([vertices[name] for name in "xyz"]).astype(float), None
+
+    def saved(_):
+        return points(ptzcal.Cloud.load(other_path))
+
+    def loaded(found):
+        return np.abs(found[0] - xyz).max()
+
+    for name, write, read in (
+        ("NumPy, of this layout only", numpy_write, numpy_read),
+        ("plyfile", _with(plyfile, plyfile_write), _with(plyfile, plyfile_read)),
+    ):
+        yield Task(
+            "write a PLY cloud",
+            str(n),
+            name,
+            lambda: own.save(own_path),
+            write,
+            lambda _: points(ptzcal.Cloud.load(own_path)),
+            saved,
+            "m",
+            1e-6,
+        )
+        yield Task(
+            "read a PLY cloud",
+            str(n),
+            name,
+            lambda: ptzcal.Cloud.load(own_path),
+            read,
+            points,
+            loaded,
+            "m",
+            1e-6,
+        )
+
     # Every voxel's mean, and how many there are; Open3D's grid begins half a voxel before the least.
     voxels = len(np.unique(np.floor(xyz / voxel).astype(np.int64) @ (1, 1 << 20, 1 << 40)))
 
@@ -863,5 +1001,6 @@ GROUPS = (
     studies,
     aiming,
     calls,
+    planes,
     clouds,
 )

@@ -21,6 +21,7 @@ mod lines;
 #[path = "../../tests/support/meva.rs"]
 mod meva;
 mod model;
+mod optimal_design;
 mod outliers;
 #[path = "../../tests/support/pcd.rs"]
 mod pcd;

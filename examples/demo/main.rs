@@ -158,7 +158,7 @@ fn describe(c: &Calibration, truth: &Camera, seconds: f64) {
 }
 
 fn save(folder: &Path, scan: &Scan, c: &Calibration) -> Outcome<()> {
-    write_camera(&folder.join("camera.json"), &c.record())?;
+    write_camera(&folder.join("camera.json"), &c.record(None))?;
     // OpenCV's file has no place for skew; ours is a fraction of a pixel across the image.
     let mut camera = c.camera;
     camera.intrinsics.skew = 0.0;

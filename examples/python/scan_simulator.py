@@ -26,7 +26,7 @@ def main():
             sys.exit(f"the scan ended early: {scan.end}")
 
         truth = rig.simulator().true_camera(0)
-        shots = ptzcal.Correspondences(*truth.size)
+        shots = ptzcal.Correspondences(*scan.camera_size(0))
         shots.add_scan(scan, camera=0)
         result = ptzcal.calibrate_camera(shots, distortion="radial2")
         camera = result.camera

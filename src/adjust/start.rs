@@ -1,10 +1,11 @@
 //! The cold start: every camera from its own shots by the closed form, stations through the cameras and
-//! the planes that they share.
+//! the planes that they share. What is said of a station's pose without certainty (odometry) comes last:
+//! centimetres and degrees between two stations tear a camera apart that both lit.
 
 use std::collections::BTreeMap;
 
 use super::layout::{State, options as camera_options};
-use super::problem::{AdjustOptions, Adjustment, CameraSetup};
+use super::problem::{AdjustOptions, Adjustment, CameraSetup, Station};
 use crate::calibrate::{CalibrationOptions, Correspondences, Observation, calibrate_camera};
 use crate::error::{Error, Result};
 use crate::geometry::{Camera, InverseDepthPoint, Plane, RigModel, Rigid};
@@ -13,6 +14,10 @@ use crate::pose::{PlaneEstimate, PlaneFitOptions, fit_plane_to_shots};
 
 /// Shots that a station and a camera must share before one places the other.
 const MIN_SHARED: usize = 6;
+
+/// Standard deviation (radians, metres) up to which what is said of a station's pose is as good as what its
+/// shots say: a few pixels in a camera.
+const CERTAIN: f64 = 3e-3;
 
 /// Of the normals of planes that place a station: they leave a common plane by two degrees at least.
 const MAX_CONDITION: f64 = 1e3;
@@ -108,9 +113,11 @@ impl SeenPlanes {
 /// camera with the others.
 pub(super) fn start(input: &Adjustment, options: &AdjustOptions) -> Result<State> {
     let depths = Depths::of(input);
-    let mut stations: Vec<Option<Rigid>> = input.stations().iter().map(|s| s.pose).collect();
+    let mut stations: Vec<Option<Rigid>> = input.stations().iter().map(certain).collect();
     let mut cameras: Vec<Option<Camera>> = vec![None; input.cameras().len()];
     let planes = SeenPlanes::of(input, &depths, options);
+    // Cameras that were started before all stations were placed.
+    let mut early = vec![false; cameras.len()];
     loop {
         options.cancel.check()?;
         let mut failure = None;
@@ -119,6 +126,7 @@ pub(super) fn start(input: &Adjustment, options: &AdjustOptions) -> Result<State
             match start_camera(input, index, &depths, &stations, options) {
                 Ok(found) => {
                     *camera = Some(found);
+                    early[index] = stations.contains(&None);
                     progress = true;
                 }
                 Err(Error::Cancelled) => return Err(Error::Cancelled),
@@ -135,12 +143,25 @@ pub(super) fn start(input: &Adjustment, options: &AdjustOptions) -> Result<State
             }
         }
         let known = |found: &[Option<Camera>]| found.iter().copied().collect::<Option<Vec<_>>>();
-        if let (Some(cameras), Some(stations)) = (known(&cameras), stations.iter().copied().collect::<Option<Vec<_>>>())
-        {
-            let (locals, planes) = (first_locals(&depths), planes.in_world(&stations)?);
-            return Ok(State { rig: *input.rig(), stations, cameras, planes, locals });
+        let placed = || stations.iter().copied().collect::<Option<Vec<_>>>();
+        if let (Some(mut cameras), Some(places)) = (known(&cameras), placed()) {
+            // From all their shots, as far as these agree.
+            for index in (0..cameras.len()).filter(|i| early[*i]) {
+                match start_camera(input, index, &depths, &stations, options) {
+                    Ok(better) => cameras[index] = better,
+                    Err(Error::Cancelled) => return Err(Error::Cancelled),
+                    Err(_) => {}
+                }
+            }
+            let (locals, planes) = (first_locals(&depths), planes.in_world(&places)?);
+            return Ok(State { rig: *input.rig(), stations: places, cameras, planes, locals });
         }
         if !progress {
+            let told = |(index, s): (usize, &Station)| Some(index).filter(|i| stations[*i].is_none()).zip(s.pose);
+            if let Some((index, pose)) = input.stations().iter().enumerate().find_map(told) {
+                stations[index] = Some(pose);
+                continue;
+            }
             let lost = stations.iter().position(Option::is_none).unwrap_or(0);
             return Err(failure.unwrap_or_else(|| Error::BadState {
                 reason: format!(
@@ -150,6 +171,14 @@ pub(super) fn start(input: &Adjustment, options: &AdjustOptions) -> Result<State
             }));
         }
     }
+}
+
+/// The pose of a station that is known well enough to start from, or of which a part is fixed.
+fn certain(station: &Station) -> Option<Rigid> {
+    let covariance = station.prior.covariance();
+    let fixed = (0..6).any(|i| covariance[(i, i)] == 0.0);
+    let known = (0..6).all(|i| covariance[(i, i)] <= CERTAIN * CERTAIN);
+    station.pose.filter(|_| fixed || known)
 }
 
 /// Inverse depths as measured; the median where the head camera saw nothing.

@@ -16,6 +16,7 @@ pub mod line;
 pub(crate) mod line_measurement;
 pub(crate) mod measurement;
 pub mod radial_alignment;
+mod record;
 mod refine;
 mod solve;
 mod spread;
@@ -29,6 +30,7 @@ pub use check::{FitCheck, Suspect};
 pub use correspondences::{Correspondences, Observation};
 pub use laser_line::{LaserCalibration, calibrate_laser_line};
 pub use line::ObservedLine;
+pub use record::{inputs_of, inputs_record};
 pub use solve::calibrate_camera;
 pub use uncertainty::{UncertainPixel, UncertainPoint, UncertainRay};
 pub use weakness::Weakness;
@@ -37,7 +39,6 @@ use nalgebra::{DMatrix, Vector2};
 
 use crate::control::Cancel;
 use crate::error::Result;
-use crate::format::{CalibrationRecord, CameraRecord};
 use crate::geometry::{Camera, Distortion, Intrinsics};
 
 /// Which lens model is fitted.
@@ -127,20 +128,4 @@ pub struct Calibration {
     pub iterations: usize,
     /// Does the model fit? With noise that was estimated from the residuals only its suspects count.
     pub check: FitCheck,
-}
-
-impl Calibration {
-    /// All of it, as a camera file holds it.
-    pub fn record(&self) -> CameraRecord {
-        let calibration = CalibrationRecord {
-            covariance: self.covariance.clone(),
-            residuals: self.residuals.clone(),
-            inliers: self.inliers.clone(),
-            rms: self.rms,
-            noise_factor: self.noise_factor,
-            condition: self.condition,
-            iterations: self.iterations,
-        };
-        CameraRecord { camera: self.camera, calibration: Some(calibration) }
-    }
 }

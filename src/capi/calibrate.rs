@@ -16,12 +16,15 @@ use super::error::{c_string, ptzcal_error};
 use super::handle::{Handle, HandleOut, borrow, free};
 use super::sized::{self, SizedOut, SizedStruct};
 use super::status::ptzcal_status;
-use crate::calibrate::{Calibration, calibrate_camera};
+use crate::calibrate::{Calibration, calibrate_camera, inputs_record};
+use crate::format::InputsRecord;
 
 /// A calibrated camera with all that says how good it is. Immutable: any number of threads may read
 /// it.
 pub struct ptzcal_calibration {
     pub(super) answer: Calibration,
+    /// What ptzcal_calibrate_camera made it from; other functions' inputs are not a set alone.
+    pub(super) inputs: Option<InputsRecord>,
     /// The texts that C borrows.
     pub(super) warnings: Vec<CString>,
     pub(super) weakest: OnceLock<CString>,
@@ -34,7 +37,7 @@ impl Handle for ptzcal_calibration {
 impl From<Calibration> for ptzcal_calibration {
     fn from(answer: Calibration) -> Self {
         let warnings = answer.check.warnings.iter().map(|w| c_string(w)).collect();
-        Self { answer, warnings, weakest: OnceLock::new() }
+        Self { answer, inputs: None, warnings, weakest: OnceLock::new() }
     }
 }
 
@@ -111,7 +114,8 @@ impl From<&Calibration> for ptzcal_calibration_summary {
 }
 
 /// Calibrates a camera from 2D-3D measurements. The set is in use until the call returns: other
-/// threads may read it, but adding to it is PTZCAL_STATUS_BUSY.
+/// threads may read it, but adding to it is PTZCAL_STATUS_BUSY. The calibration keeps a copy of both,
+/// which ptzcal_calibration_save writes.
 ///
 /// @param set     The measurements.
 /// @param options The options; may be NULL: the defaults.
@@ -137,7 +141,8 @@ pub unsafe extern "C" fn ptzcal_calibrate_camera(
         let (result, set, options) =
             unsafe { (HandleOut::new(result)?, borrow(set)?, ptzcal_calibration_options::settings(options)?) };
         let set = set.0.read(ptzcal_correspondences::NAME)?;
-        result.give(calibrate_camera(&set, &options)?.into());
+        let answer = calibrate_camera(&set, &options)?;
+        result.give(ptzcal_calibration { inputs: Some(inputs_record(&set, &options)), ..answer.into() });
         Ok(())
     })
 }

@@ -14,7 +14,7 @@ use crate::calibrate::{CalibrationOptions, DistortionModel};
 use crate::error::{Error, Result};
 
 /// How a camera is calibrated.
-pub struct ptzcal_calibration_options(Exclusive<CalibrationOptions>);
+pub struct ptzcal_calibration_options(pub(super) Exclusive<CalibrationOptions>);
 
 impl Handle for ptzcal_calibration_options {
     const NAME: &'static str = "options";

@@ -273,7 +273,8 @@ pub unsafe extern "C" fn ptzcal_plan_free(result: *mut ptzcal_plan) {
 /// @param scanned     n shots of 4 numbers: pan and tilt as read (radians), measured depth along the
 ///                    head's axis (metres), 1 when the fixed camera saw the spot, else 0.
 /// @param n           Shots, 1 to 100,000.
-/// @param candidates  Positions to choose from, 100,000 at most; each is taken once.
+/// @param candidates  Positions to choose from, 100,000 at most. Each is taken once before its depth is known;
+///                    one that the fixed camera saw may be shot again and again.
 /// @param head_sigma  Noise of a spot in the head camera, px.
 /// @param fixed_sigma Noise of a spot in the fixed camera, px.
 /// @param target      Stops where the position's expected root mean square error is below, metres; 0: never.

@@ -1,8 +1,8 @@
 //! Planes of scans
 //!
 //! The planes that a station sees (walls, floor, ceiling, faces of furniture), found in points, in laser
-//! shots or in depths, or fitted to regions that you name; each with its covariance, where it was
-//! measured, and which measurements belong to it. Two stations' planes give the pose between them:
+//! shots or in depths; each with its covariance, where it was measured, and which measurements belong to
+//! it. Those of a scan, and those of regions that you name, have chapters of their own. Two stations' planes give the pose between them:
 //! ptzcal_register_stations.
 //!
 //! A plane is n . X = 1 in the station's frame: n is the unit normal, away from the station, over the
@@ -23,8 +23,8 @@ use crate::error::{Error, Result};
 use crate::geometry::{InverseDepthPoint, RigModel};
 use crate::image::DepthNoise;
 use crate::pose::{
-    FindPlanesOptions, FoundPlane, PlaneRegion, StationPlanes, find_planes_in_points, find_planes_in_shots,
-    fit_regions_of_points, fit_regions_of_shots, shots_of_depth_map,
+    FindPlanesOptions, FoundPlane, StationPlanes, find_planes_in_points, find_planes_in_shots, shots_of_depth_map,
+    shots_of_ranges,
 };
 
 /// How planes are found.
@@ -80,7 +80,7 @@ impl ptzcal_planes_options {
     ///
     /// # Safety
     /// `options` is NULL or a struct as long as its `struct_size` says.
-    unsafe fn settings(options: *const Self) -> Result<FindPlanesOptions> {
+    pub(super) unsafe fn settings(options: *const Self) -> Result<FindPlanesOptions> {
         if options.is_null() {
             return Ok(FindPlanesOptions::default());
         }
@@ -180,7 +180,7 @@ impl From<&FoundPlane> for ptzcal_plane {
 ///
 /// # Safety
 /// As for [`array`], with 3 n numbers.
-unsafe fn points_in(xyz: *const f64, n: usize) -> Result<Vec<Vector3<f64>>> {
+pub(super) unsafe fn points_in(xyz: *const f64, n: usize) -> Result<Vec<Vector3<f64>>> {
     // SAFETY: by this function's contract.
     let points = unsafe { array(xyz.cast::<[f64; 3]>(), n, "xyz")? };
     Ok(points.iter().map(|p| Vector3::from(*p)).collect())
@@ -190,7 +190,7 @@ unsafe fn points_in(xyz: *const f64, n: usize) -> Result<Vec<Vector3<f64>>> {
 ///
 /// # Safety
 /// As for [`vectors`].
-unsafe fn shots_in(
+pub(super) unsafe fn shots_in(
     model: &RigModel,
     pan_tilt: *const f64,
     spots: *const f64,
@@ -212,32 +212,7 @@ unsafe fn shots_in(
     shots.collect()
 }
 
-/// The caller's regions: the number of each measurement's, -1 for none.
-///
-/// # Safety
-/// As for [`array`].
-unsafe fn regions_in(region_of: *const i32, n: usize, regions: u32) -> Result<Vec<PlaneRegion>> {
-    // SAFETY: by this function's contract.
-    let region_of = unsafe { array(region_of, n, "region_of")? };
-    let count = regions as usize;
-    if count == 0 || count > MAX_REGIONS {
-        return Err(Error::invalid("regions", format!("{count} is not in 1 to {MAX_REGIONS}")));
-    }
-    let mut named = vec![Vec::new(); count];
-    for (i, k) in region_of.iter().enumerate() {
-        match usize::try_from(*k) {
-            Ok(k) if k < count => named[k].push(i),
-            _ if *k == -1 => {}
-            _ => return Err(Error::invalid("region_of", format!("measurement {i}: {k} is no region"))),
-        }
-    }
-    Ok(named.into_iter().map(PlaneRegion::Indices).collect())
-}
-
-/// Most regions of a call.
-const MAX_REGIONS: usize = 1000;
-
-fn sigma_in(sigma: f64) -> Result<Option<f64>> {
+pub(super) fn sigma_in(sigma: f64) -> Result<Option<f64>> {
     Ok((number(sigma, "sigma")? != 0.0).then_some(sigma))
 }
 
@@ -287,6 +262,42 @@ pub unsafe extern "C" fn ptzcal_planes_find_points(
         let (planes, points, options) =
             unsafe { (HandleOut::new(planes)?, points_in(xyz, n)?, ptzcal_planes_options::settings(options)?) };
         planes.give(ptzcal_planes(find_planes_in_points(&points, sigma_in(sigma)?, &options)?));
+        Ok(())
+    })
+}
+
+/// Finds the planes of a cloud of points that a scanner at the origin measured by their ranges: the noise is
+/// along the rays, so that a slanted wall is known better than from points with the same noise in all
+/// directions.
+///
+/// @param xyz     n x 3 numbers: points, metres; they may be infinite or NaN: those are passed over.
+/// @param n       Number of points.
+/// @param sigma   Standard deviation of the ranges, metres, more than 0.
+/// @param options The options; may be NULL: the defaults.
+/// @param planes  Receives the planes; free them with ptzcal_planes_free.
+/// @param error   Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NOT_FOUND when there is no plane;
+///         PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE.
+///
+/// Threads: free.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_planes_find_ranges(
+    xyz: *const f64,
+    n: usize,
+    sigma: f64,
+    options: *const ptzcal_planes_options,
+    planes: *mut *mut ptzcal_planes,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (planes, points, options) =
+            unsafe { (HandleOut::new(planes)?, points_in(xyz, n)?, ptzcal_planes_options::settings(options)?) };
+        let shots = shots_of_ranges(&points, number(sigma, "sigma")?)?;
+        planes.give(ptzcal_planes(find_planes_in_shots(&shots, &options)?));
         Ok(())
     })
 }
@@ -367,100 +378,6 @@ pub unsafe extern "C" fn ptzcal_planes_find_depths(
         };
         let shots = shots_of_depth_map(&map.0, &camera, &noise)?;
         planes.give(ptzcal_planes(find_planes_in_shots(&shots, &options)?));
-        Ok(())
-    })
-}
-
-/// Fits one plane to each region of a cloud of points, in the order of the regions. Up to half of a
-/// region may be something else.
-///
-/// @param xyz     n x 3 numbers: points, metres; they may be infinite or NaN: those are passed over.
-/// @param n       Number of points.
-/// @param sigma   Standard deviation of the points in each direction, metres; 0: estimated from how far
-///                they are from their planes.
-/// @param region_of n numbers: the region of each point, from 0; -1: of none.
-/// @param regions Number of regions, 1 to 1000.
-/// @param options The options; may be NULL: the defaults.
-/// @param planes  Receives the planes; free them with ptzcal_planes_free.
-/// @param error   Receives the error; may be NULL.
-/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NO_CONSENSUS when half of a region
-///         is on no plane; PTZCAL_STATUS_DEGENERATE for a region on one line or a plane through the
-///         station; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE. The error's index is the
-///         region's number.
-///
-/// Threads: free.
-/// Since 0.1.0.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn ptzcal_planes_fit_points(
-    xyz: *const f64,
-    n: usize,
-    sigma: f64,
-    region_of: *const i32,
-    regions: u32,
-    options: *const ptzcal_planes_options,
-    planes: *mut *mut ptzcal_planes,
-    error: *mut *mut ptzcal_error,
-) -> ptzcal_status {
-    // SAFETY: the caller keeps the header's rules for pointers.
-    let error = unsafe { ErrorOut::new(error) };
-    guard(error, || {
-        // SAFETY: the caller keeps the header's rules for pointers.
-        let (planes, points, regions, options) = unsafe {
-            (
-                HandleOut::new(planes)?,
-                points_in(xyz, n)?,
-                regions_in(region_of, n, regions)?,
-                ptzcal_planes_options::settings(options)?,
-            )
-        };
-        planes.give(ptzcal_planes(fit_regions_of_points(&points, sigma_in(sigma)?, &regions, &options)?));
-        Ok(())
-    })
-}
-
-/// Fits one plane to each region of laser shots, in the order of the regions. Up to half of a region may
-/// be something else.
-///
-/// @param model           The rig model.
-/// @param pan_tilt        n x 2 numbers: readings at each shot, radians.
-/// @param spots           n x 2 numbers: the spot's pixel in the head camera.
-/// @param spot_covariance n x 3 numbers: xx, xy, yy, px^2; may be NULL: 1 px, uncorrelated.
-/// @param n               Number of shots.
-/// @param region_of       n numbers: the region of each shot, from 0; -1: of none.
-/// @param regions         Number of regions, 1 to 1000.
-/// @param options         The options; may be NULL: the defaults.
-/// @param planes          Receives the planes; free them with ptzcal_planes_free.
-/// @param error           Receives the error; may be NULL.
-/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_TOO_FEW_POINTS; PTZCAL_STATUS_NO_CONSENSUS when half of a region
-///         is on no plane; PTZCAL_STATUS_DEGENERATE for a region on one line or a plane through the
-///         station; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_NOT_FINITE. The error's index is the
-///         region's number.
-///
-/// Threads: free.
-/// Since 0.1.0.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn ptzcal_planes_fit_shots(
-    model: *const ptzcal_rig_model,
-    pan_tilt: *const f64,
-    spots: *const f64,
-    spot_covariance: *const f64,
-    n: usize,
-    region_of: *const i32,
-    regions: u32,
-    options: *const ptzcal_planes_options,
-    planes: *mut *mut ptzcal_planes,
-    error: *mut *mut ptzcal_error,
-) -> ptzcal_status {
-    // SAFETY: the caller keeps the header's rules for pointers.
-    let error = unsafe { ErrorOut::new(error) };
-    guard(error, || {
-        // SAFETY: the caller keeps the header's rules for pointers.
-        let (planes, options) = unsafe { (HandleOut::new(planes)?, ptzcal_planes_options::settings(options)?) };
-        // SAFETY: the caller keeps the header's rules for pointers.
-        let (regions, shots) = unsafe {
-            (regions_in(region_of, n, regions)?, shots_in(&model_in(model)?, pan_tilt, spots, spot_covariance, n)?)
-        };
-        planes.give(ptzcal_planes(fit_regions_of_shots(&shots, &regions, &options)?));
         Ok(())
     })
 }

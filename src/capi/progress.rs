@@ -4,6 +4,7 @@
 
 use std::ffi::c_void;
 use std::ops::ControlFlow;
+use std::time::Instant;
 
 use super::log::User;
 use super::shot::ptzcal_shot;
@@ -60,3 +61,25 @@ impl ptzcal_progress {
 /// @param progress Valid during the call.
 /// @return 0 to go on; any other number stops the work. A scan that is stopped returns what it has.
 pub type ptzcal_progress_fn = Option<unsafe extern "C" fn(user: *mut c_void, progress: *const ptzcal_progress) -> i32>;
+
+/// A reporter of work that is steps done of a total.
+pub(super) fn reporter(progress: ptzcal_progress_fn, user: *mut c_void) -> impl FnMut(usize, usize) -> ControlFlow<()> {
+    let (begin, user) = (Instant::now(), User::new(user));
+    move |done, total| {
+        let Some(progress) = progress else { return ControlFlow::Continue(()) };
+        let elapsed = begin.elapsed().as_secs_f64();
+        let told = ptzcal_progress {
+            struct_size: size_of::<ptzcal_progress>() as u32,
+            pass: 1,
+            passes: 1,
+            measured: 1,
+            done: done as u64,
+            total: total as u64,
+            elapsed,
+            seconds_left: elapsed / done.max(1) as f64 * total.saturating_sub(done) as f64,
+            shot: std::ptr::null(),
+        };
+        // SAFETY: the caller keeps the header's rules for callbacks.
+        unsafe { told.tell(progress, user) }
+    }
+}

@@ -72,7 +72,7 @@ impl ptzcal_station_options {
     ///
     /// # Safety
     /// `options` is NULL or a struct as long as its `struct_size` says.
-    unsafe fn settings(options: *const Self) -> Result<StationOptions> {
+    pub(super) unsafe fn settings(options: *const Self) -> Result<StationOptions> {
         if options.is_null() {
             return Ok(StationOptions::default());
         }
@@ -98,7 +98,7 @@ impl ptzcal_station_options {
 
 /// A pose between two stations, and the planes that it is from. Immutable: any number of threads may
 /// read it.
-pub struct ptzcal_registration(StationPose);
+pub struct ptzcal_registration(pub(super) StationPose);
 
 impl Handle for ptzcal_registration {
     const NAME: &'static str = "registration";

@@ -308,6 +308,39 @@ pub unsafe extern "C" fn ptzcal_scan_get_summary(
     })
 }
 
+/// Image size of a fixed camera of a scan: what ptzcal_correspondences_new wants.
+///
+/// @param scan   The scan.
+/// @param camera The fixed camera's number.
+/// @param width  Receives its width, pixels.
+/// @param height Receives its height, pixels.
+/// @param error  Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a camera that was not watched.
+///
+/// Threads: shared.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_scan_camera_size(
+    scan: *const ptzcal_scan,
+    camera: u32,
+    width: *mut u32,
+    height: *mut u32,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (scan, width, height) = unsafe { (borrow(scan)?, Out::new(width, "width")?, Out::new(height, "height")?) };
+        let sizes = &scan.0.fixed_sizes;
+        let none = || Error::invalid("camera", format!("{camera} of {}", sizes.len()));
+        let (w, h) = sizes.get(camera as usize).ok_or_else(none)?;
+        width.write(*w);
+        height.write(*h);
+        Ok(())
+    })
+}
+
 /// How a scan ended: fails with the reason when it ended before its time.
 ///
 /// @param scan  The scan.

@@ -5,8 +5,6 @@
 //! expects. The same set-up, options and seed give the same bits with any number of threads.
 
 use std::ffi::{c_char, c_void};
-use std::ops::ControlFlow;
-use std::time::Instant;
 
 use super::args::{BufferOut, vectors};
 use super::call::{ErrorOut, guard, guard_or};
@@ -14,8 +12,7 @@ use super::cancel::ptzcal_cancel;
 use super::error::ptzcal_error;
 use super::file::path;
 use super::handle::{Handle, HandleOut, borrow, free};
-use super::log::User;
-use super::progress::{ptzcal_progress, ptzcal_progress_fn};
+use super::progress::{ptzcal_progress_fn, reporter};
 use super::set_up::ptzcal_set_up;
 use super::sized::{self, SizedOut, SizedStruct};
 use super::status::ptzcal_status;
@@ -216,28 +213,6 @@ pub(super) fn quantity(value: u32) -> Result<Quantity> {
 /// Pairs of head and fixed noise.
 pub(super) fn levels_of(levels: &[[f64; 2]]) -> Vec<NoiseLevel> {
     levels.iter().map(|[head, fixed]| NoiseLevel { head: *head, fixed: *fixed }).collect()
-}
-
-/// A reporter of trials done.
-pub(super) fn reporter(progress: ptzcal_progress_fn, user: *mut c_void) -> impl FnMut(usize, usize) -> ControlFlow<()> {
-    let (begin, user) = (Instant::now(), User::new(user));
-    move |done, total| {
-        let Some(progress) = progress else { return ControlFlow::Continue(()) };
-        let elapsed = begin.elapsed().as_secs_f64();
-        let told = ptzcal_progress {
-            struct_size: size_of::<ptzcal_progress>() as u32,
-            pass: 1,
-            passes: 1,
-            measured: 1,
-            done: done as u64,
-            total: total as u64,
-            elapsed,
-            seconds_left: elapsed / done.max(1) as f64 * total.saturating_sub(done) as f64,
-            shot: std::ptr::null(),
-        };
-        // SAFETY: the caller keeps the header's rules for callbacks.
-        unsafe { told.tell(progress, user) }
-    }
 }
 
 /// Sets up options with their defaults.

@@ -12,12 +12,13 @@ use serde::{Deserialize, Serialize};
 use serde_json::ser::{Formatter, PrettyFormatter};
 
 use super::file::{format_error, read_bounded, write_atomically};
+use super::observation::{InputsRecord, InputsSchema};
 use crate::error::{Error, Result};
 use crate::geometry::{Camera, Distortion, Intrinsics, Rigid};
 
-const FORMAT: &str = "ptzcal-camera";
+pub(super) const FORMAT: &str = "ptzcal-camera";
 const VERSION: u32 = 1;
-/// Some two million residuals.
+/// Some two million residuals, or half a million with the measurements that they are of.
 const MAX_BYTES: u64 = 256 << 20;
 
 /// What a camera file holds.
@@ -40,6 +41,8 @@ pub struct CalibrationRecord {
     pub noise_factor: f64,
     pub condition: f64,
     pub iterations: usize,
+    /// What it was made from.
+    pub inputs: Option<InputsRecord>,
 }
 
 /// Writes the file at once: on an error the old one, if any, is still there.
@@ -138,6 +141,9 @@ impl CalibrationRecord {
         if self.residuals.len() != self.inliers.len() {
             return Err(Error::invalid("inliers", "not as many as residuals"));
         }
+        if self.inputs.as_ref().is_some_and(|i| i.observations.len() != self.residuals.len()) {
+            return Err(Error::invalid("inputs.observations", "not as many as residuals"));
+        }
         Ok(())
     }
 }
@@ -198,6 +204,8 @@ struct CalibrationSchema {
     covariance: Vec<Vec<f64>>,
     residuals: Vec<[f64; 2]>,
     inliers: Vec<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    inputs: Option<InputsSchema>,
 }
 
 impl From<&Intrinsics> for IntrinsicsSchema {
@@ -265,6 +273,7 @@ impl From<&CalibrationRecord> for CalibrationSchema {
             covariance: c.covariance.row_iter().map(|row| row.iter().copied().collect()).collect(),
             residuals: c.residuals.iter().map(|r| (*r).into()).collect(),
             inliers: c.inliers.clone(),
+            inputs: c.inputs.as_ref().map(InputsSchema::from),
         }
     }
 }
@@ -301,6 +310,7 @@ impl TryFrom<CalibrationSchema> for CalibrationRecord {
             noise_factor: c.noise_factor,
             condition: c.condition,
             iterations: c.iterations,
+            inputs: c.inputs.map(InputsRecord::try_from).transpose()?,
         })
     }
 }

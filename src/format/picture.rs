@@ -109,6 +109,15 @@ pub fn write_png(path: &Path, view: &ImageView<'_>) -> Result<()> {
 
 /// A picture as the bytes of a PNG.
 pub(super) fn encode_png(view: &ImageView<'_>) -> Result<Vec<u8>> {
+    encode(view, ImageFormat::Png)
+}
+
+/// A picture as the bytes of a JPEG: for looking at.
+pub fn encode_jpeg(view: &ImageView<'_>) -> Result<Vec<u8>> {
+    encode(view, ImageFormat::Jpeg)
+}
+
+fn encode(view: &ImageView<'_>, format: ImageFormat) -> Result<Vec<u8>> {
     let (width, height) = (view.width(), view.height());
     let (data, colour) = if view.format().has_colour() {
         let pixels = (0..height).flat_map(|y| (0..width).flat_map(move |x| view.rgb(x, y)));
@@ -117,8 +126,8 @@ pub(super) fn encode_png(view: &ImageView<'_>) -> Result<Vec<u8>> {
         (view.to_image().data, ColorType::L8)
     };
     let mut bytes = Cursor::new(Vec::new());
-    image::write_buffer_with_format(&mut bytes, &data, width, height, colour, ImageFormat::Png)
-        .map_err(|e| Error::Internal { reason: format!("PNG: {e}") })?;
+    image::write_buffer_with_format(&mut bytes, &data, width, height, colour, format)
+        .map_err(|e| Error::Internal { reason: format!("{format:?}: {e}") })?;
     Ok(bytes.into_inner())
 }
 

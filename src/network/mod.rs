@@ -6,6 +6,8 @@
 mod loops;
 mod merge;
 
+use std::ops::ControlFlow;
+
 use crate::adjust::{Adjustment, Station};
 use crate::control::Cancel;
 use crate::error::{Error, Result};
@@ -22,6 +24,7 @@ const MAX_STATIONS: usize = 100;
 #[derive(Debug, Clone)]
 pub struct TieOptions {
     pub planes: FindPlanesOptions,
+    /// Without a prior, unless there is one pair: what is known of the stations' poses, the survey says.
     pub stations: StationOptions,
     /// Pairs of stations to register; `None`: all.
     pub pairs: Option<Vec<[usize; 2]>>,
@@ -68,20 +71,37 @@ pub struct Ties {
 /// them (odometry, with its covariance) settles what planes alone leave ambiguous. Shots that the head camera
 /// did not see say nothing here. A survey that is refused is left as it was.
 ///
+/// `progress` hears how many steps are done and how many there are (each station is one, then each pair), and
+/// stops the work by `Break`.
+///
 /// # Errors
 /// `BadState` when a station without a pose shares planes with none of the others (the message has the
 /// reason of each pair); `AmbiguousStations` when a loop of stations does not close; `InvalidArgument` for
-/// bad options and for more than a hundred stations; `Cancelled`.
-pub fn tie_stations(survey: &mut Adjustment, options: &TieOptions) -> Result<Ties> {
+/// bad options, for one prior of several pairs and for more than a hundred stations; `Cancelled`.
+pub fn tie_stations(
+    survey: &mut Adjustment,
+    options: &TieOptions,
+    mut progress: impl FnMut(usize, usize) -> ControlFlow<()>,
+) -> Result<Ties> {
     let count = survey.stations().len();
     if count > MAX_STATIONS {
         return Err(Error::invalid("stations", format!("{count}, more than {MAX_STATIONS}")));
     }
+    options.stations.check()?;
     let pairs = pairs(count, options)?;
-    let seen = (0..count).map(|station| Seen::of(survey, station, options)).collect::<Result<Vec<_>>>()?;
+    let steps = count + pairs.len();
+    let mut tell = |done: usize| match progress(done, steps) {
+        ControlFlow::Continue(()) => options.cancel.check(),
+        ControlFlow::Break(()) => Err(Error::Cancelled),
+    };
+    let mut seen = Vec::new();
+    for station in 0..count {
+        tell(station)?;
+        seen.push(Seen::of(survey, station, options)?);
+    }
     let mut links = Vec::new();
     for [a, b] in pairs {
-        options.cancel.check()?;
+        tell(count + links.len())?;
         let pose = match (&seen[a].planes, &seen[b].planes) {
             (Ok(from), Ok(to)) => {
                 let prior = options.stations.prior.clone().or_else(|| odometry(survey, a, b));
@@ -91,6 +111,7 @@ pub fn tie_stations(survey: &mut Adjustment, options: &TieOptions) -> Result<Tie
         };
         links.push(Link { stations: [a, b], pose });
     }
+    tell(steps)?;
     let loops = loops::close(count, &links);
     if let Some(open) = loops.iter().find(|l| l.probability < options.min_closure) {
         return Err(Error::AmbiguousStations { reason: open.to_string() });
@@ -113,15 +134,23 @@ pub fn tie_stations(survey: &mut Adjustment, options: &TieOptions) -> Result<Tie
 }
 
 fn pairs(count: usize, options: &TieOptions) -> Result<Vec<[usize; 2]>> {
-    let Some(pairs) = &options.pairs else {
-        return Ok((0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b])).collect());
-    };
-    for [a, b] in pairs {
+    let all = || (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b])).collect();
+    let pairs: Vec<[usize; 2]> = options.pairs.clone().unwrap_or_else(all);
+    for (i, [a, b]) in pairs.iter().enumerate() {
         if a == b || *a >= count || *b >= count {
             return Err(Error::invalid("pairs", format!("{a} and {b} of {count} stations")));
         }
+        if pairs[..i].iter().any(|[c, d]| [c, d] == [a, b] || [d, c] == [a, b]) {
+            return Err(Error::invalid("pairs", format!("{a} and {b} twice")));
+        }
     }
-    Ok(pairs.clone())
+    if options.stations.prior.is_some() && pairs.len() > 1 {
+        return Err(Error::invalid("prior", format!("one for {} pairs: give the stations' poses", pairs.len())));
+    }
+    if !(0.0..=1.0).contains(&options.min_closure) {
+        return Err(Error::invalid("min_closure", format!("{} is no probability", options.min_closure)));
+    }
+    Ok(pairs)
 }
 
 /// What the survey says of the pose of b in the frame of a, as far as it says something of both.
@@ -153,7 +182,6 @@ struct Seen {
 
 impl Seen {
     fn of(survey: &Adjustment, station: usize, options: &TieOptions) -> Result<Self> {
-        options.cancel.check()?;
         let (mut shots, mut points) = (Vec::new(), Vec::<InverseDepthPoint>::new());
         for (index, shot) in survey.shots().iter().enumerate().filter(|(_, s)| s.station == station) {
             let Some((pixel, covariance)) = &shot.head else { continue };

@@ -21,7 +21,7 @@ pub use line_fit::{LineEstimate, LineFitOptions, PointNoise, fit_line_3d};
 pub use plane_fit::{PlaneEstimate, PlaneFitOptions, fit_plane_to_points, fit_plane_to_shots};
 pub use planes::{
     FindPlanesOptions, FoundPlane, PlaneRegion, PlaneSupport, StationPlanes, find_planes_in_points,
-    find_planes_in_shots, fit_regions_of_points, fit_regions_of_shots, shots_of_depth_map,
+    find_planes_in_shots, fit_regions_of_points, fit_regions_of_shots, shots_of_depth_map, shots_of_ranges,
 };
 pub use procrustes::{ProcrustesFit, procrustes};
 pub use roof_edge::{RoofEdge, RoofEdges};

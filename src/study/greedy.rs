@@ -16,6 +16,13 @@ pub struct Chosen {
     pub after: Accuracy,
 }
 
+/// A shot to choose.
+pub struct Candidate {
+    pub rows: ShotRows,
+    /// May it be chosen again and again? The best designs repeat a few shots (Kiefer and Wolfowitz 1959).
+    pub again: bool,
+}
+
 /// Chooses until `enough` says so, or none is left. `h` is the information that is there already, `seen`
 /// the number of shots that it comes from.
 ///
@@ -31,7 +38,7 @@ pub fn choose(
     unknowns: &Unknowns<'_>,
     h: &DMatrix<f64>,
     seen: usize,
-    candidates: &[Option<ShotRows>],
+    candidates: &[Candidate],
     mut enough: impl FnMut(&[Chosen], &Accuracy) -> Result<bool>,
 ) -> Result<Vec<Chosen>> {
     const REFRESH: usize = 8;
@@ -44,32 +51,32 @@ pub fn choose(
     let mut state = State::new(&unknowns.covariance(&information).ok_or_else(undetermined)?);
     let mut chosen: Vec<Chosen> = Vec::new();
     let mut heap = BinaryHeap::new();
-    let mut left: Vec<bool> = candidates.iter().map(Option::is_some).collect();
+    let mut left = vec![true; candidates.len()];
     let mut accuracy = state.accuracy().ok_or_else(undetermined)?;
     while !enough(&chosen, &accuracy)? {
         let whole = seen + chosen.len() < n;
         if chosen.len().is_multiple_of(REFRESH) || whole {
-            let gain = |(i, rows): (usize, &Option<ShotRows>)| {
-                let rows = rows.as_ref().filter(|_| left[i])?;
-                Some(Gain { value: state.gain(rows, whole), candidate: i, at: chosen.len() })
-            };
-            heap = candidates.iter().enumerate().filter_map(gain).collect();
+            let gain =
+                |i: usize| Gain { value: state.gain(&candidates[i].rows, whole), candidate: i, at: chosen.len() };
+            heap = (0..candidates.len()).filter(|i| left[*i]).map(gain).collect();
         }
         let best = loop {
             match heap.pop() {
                 Some(gain) if gain.at == chosen.len() => break Some(gain),
                 Some(gain) => {
-                    if let Some(rows) = &candidates[gain.candidate] {
-                        heap.push(Gain { value: state.gain(rows, whole), at: chosen.len(), ..gain });
-                    }
+                    let value = state.gain(&candidates[gain.candidate].rows, whole);
+                    heap.push(Gain { value, at: chosen.len(), ..gain });
                 }
                 None => break None,
             }
         };
-        let Some((candidate, rows)) = best.and_then(|g| Some((g.candidate, candidates[g.candidate].as_ref()?))) else {
-            break;
-        };
-        left[candidate] = false;
+        let Some(best) = best else { break };
+        let Candidate { rows, again } = &candidates[best.candidate];
+        let candidate = best.candidate;
+        left[candidate] = *again;
+        if *again {
+            heap.push(best);
+        }
         unknowns.add(&mut information, rows);
         if seen + chosen.len() < 3 * n || chosen.len().is_multiple_of(RENEW) {
             state = State::new(&unknowns.covariance(&information).ok_or_else(undetermined)?);

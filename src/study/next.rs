@@ -1,8 +1,10 @@
 //! Next best shots: where to point the laser so that the fixed camera's position becomes surer.
 
+use std::collections::BTreeSet;
+
 use nalgebra::Vector3;
 
-use super::greedy::choose;
+use super::greedy::{Candidate, choose};
 use super::information::{Accuracy, NoiseLevel, Unknowns};
 use super::run::MAX_NOISE;
 use super::setup::Site;
@@ -41,7 +43,8 @@ pub struct NextShot {
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct NextOptions {
-    /// Positions to choose from; each is taken once.
+    /// Positions to choose from, besides those that are scanned already. Each is taken once before its
+    /// depth is known; one that the fixed camera saw may be shot again and again.
     pub candidates: ScanRegion,
     /// Noise of a spot.
     pub level: NoiseLevel,
@@ -97,22 +100,32 @@ pub fn next_shots(site: &Site, scanned: &[ScannedShot], options: &NextOptions) -
     }
     let now = unknowns.covariance(&h).and_then(|c| unknowns.accuracy(&c));
     let now = now.unwrap_or(Accuracy { rms: f64::INFINITY, semi_axis: f64::INFINITY });
-    let taken = |pan: f64, tilt: f64| scanned.iter().any(|s| s.seen && s.pan == pan && s.tilt == tilt);
-    let (places, rows): (Vec<(f64, f64, f64)>, Vec<_>) = (0..options.candidates.len() as u32)
-        .map(|i| options.candidates.position(i))
-        .filter(|(pan, tilt)| !taken(*pan, *tilt))
-        .filter_map(|(pan, tilt)| {
-            let (depth, chance) = surroundings.expect(site, pan, tilt)?;
-            site.shot(pan, tilt, depth).filter(|_| chance > 0.0)?;
-            // The expected information: chance times that of a shot that is seen.
-            let rows = unknowns.rows(pan, tilt, depth, &options.level)? * chance.sqrt();
-            Some(((pan, tilt, depth), Some(rows)))
+    let ScanRegion { pan, tilt, .. } = options.candidates;
+    let inside = |s: &&ScannedShot| (pan[0]..=pan[1]).contains(&s.pan) && (tilt[0]..=tilt[1]).contains(&s.tilt);
+    let mut taken = BTreeSet::new();
+    let mut first = |pan: f64, tilt: f64| taken.insert([pan.to_bits(), tilt.to_bits()]);
+    let known: Vec<_> = scanned
+        .iter()
+        .filter(|s| s.seen && first(s.pan, s.tilt))
+        .filter(inside)
+        .filter_map(|s| {
+            let rows = unknowns.rows(s.pan, s.tilt, s.depth, &options.level)?;
+            Some(((s.pan, s.tilt, s.depth), Candidate { rows, again: true }))
         })
-        .unzip();
+        .collect();
+    let positions = (0..options.candidates.len() as u32).map(|i| options.candidates.position(i));
+    let fresh = positions.filter(|(pan, tilt)| first(*pan, *tilt)).filter_map(|(pan, tilt)| {
+        let (depth, chance) = surroundings.expect(site, pan, tilt)?;
+        site.shot(pan, tilt, depth).filter(|_| chance > 0.0)?;
+        // The expected information: chance times that of a shot that is seen.
+        let rows = unknowns.rows(pan, tilt, depth, &options.level)? * chance.sqrt();
+        Some(((pan, tilt, depth), Candidate { rows, again: false }))
+    });
+    let (places, candidates): (Vec<(f64, f64, f64)>, Vec<_>) = known.into_iter().chain(fresh).unzip();
     if places.is_empty() {
         return Err(Error::NotFound { reason: "the fixed camera is expected to see none of the candidates".into() });
     }
-    let chosen = choose(&unknowns, &h, seen, &rows, |chosen, accuracy| {
+    let chosen = choose(&unknowns, &h, seen, &candidates, |chosen, accuracy| {
         Ok(chosen.len() >= options.count || accuracy.rms <= options.target)
     })?;
     let shot = |c: super::greedy::Chosen| {

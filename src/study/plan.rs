@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::greedy::choose;
+use super::greedy::{Candidate, choose};
 use super::information::{Accuracy, NoiseLevel, Unknowns};
 use super::next::{NextShot, check_level};
 use super::scene::Scene;
@@ -207,9 +207,10 @@ impl Planner<'_> {
         let rows = (1..).take_while(|rows| grid(self.options, *rows).len() <= CANDIDATES).last().unwrap_or(1);
         let rows = if region.len() > 1 { rows.min(4 * region.tilt_steps.max(region.pan_steps)) } else { 1 };
         let seen = self.site.scan(&grid(self.options, rows.max(region.tilt_steps)), &self.options.scene);
-        let equations: Vec<_> =
-            seen.iter().map(|s| self.unknowns.rows(s.pan, s.tilt, s.depth, &self.options.level)).collect();
-        let chosen = choose(&self.unknowns, &self.unknowns.priors(), 0, &equations, |_, accuracy| {
+        let rows = |s: &NoiselessShot| self.unknowns.rows(s.pan, s.tilt, s.depth, &self.options.level);
+        let (seen, candidates): (Vec<_>, Vec<_>) =
+            seen.iter().filter_map(|s| Some((*s, Candidate { rows: rows(s)?, again: false }))).unzip();
+        let chosen = choose(&self.unknowns, &self.unknowns.priors(), 0, &candidates, |_, accuracy| {
             self.options.cancel.check()?;
             Ok(accuracy.rms <= self.options.target)
         })?;

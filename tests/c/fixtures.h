@@ -8,6 +8,7 @@
 
 #include "check.h"
 #include <math.h>
+#include <string.h>
 
 #define FIXTURE_POINTS 80
 #define FIXTURE_VIEWS 6
@@ -53,6 +54,10 @@ static ptzcal_surface_options fixture_surface_options[1];
 static ptzcal_adjust_options fixture_adjust_options[1];
 static ptzcal_adjusted_summary fixture_adjusted_summary[1];
 static ptzcal_suspect fixture_suspect[1];
+static ptzcal_tie_options fixture_tie_options[1];
+static ptzcal_ties_summary fixture_ties_summary[1];
+static ptzcal_link fixture_link[1];
+static ptzcal_loop fixture_loop[1];
 static ptzcal_study_options fixture_study_options[1];
 static ptzcal_study_cell fixture_study_cell[1];
 static ptzcal_label_row fixture_label_row[1];
@@ -94,6 +99,7 @@ static ptzcal_rig *fixture_rig;
 static ptzcal_head_options *fixture_head_options;
 static ptzcal_head *fixture_head;
 static ptzcal_angle_map *fixture_angle_map;
+static ptzcal_camera_list *fixture_camera_list;
 static ptzcal_probe_report *fixture_probe_report;
 static ptzcal_scan_options *fixture_scan_options;
 static ptzcal_scan *fixture_scan;
@@ -101,6 +107,7 @@ static ptzcal_cloud *fixture_cloud;
 static ptzcal_mesh *fixture_mesh;
 static ptzcal_adjustment *fixture_adjustment;
 static ptzcal_adjusted *fixture_adjusted;
+static ptzcal_ties *fixture_ties;
 static ptzcal_site *fixture_site;
 static ptzcal_set_up *fixture_set_up;
 static ptzcal_study *fixture_study;
@@ -110,6 +117,7 @@ static ptzcal_pointing *fixture_pointing;
 static ptzcal_sweep *fixture_sweep;
 static ptzcal_exploration *fixture_exploration;
 static ptzcal_health_report *fixture_health_report;
+static ptzcal_report *fixture_report;
 
 static unsigned char fixture_pixels[16 * 12];
 static const uint16_t fixture_millimetres[64] = {1000};
@@ -368,6 +376,43 @@ static inline void make_room(double x, double z, double turn, int furniture, siz
   }
 }
 
+/* A survey of that room from stations at (x, 0, z), turned to the right by a third number, tipped down by a
+ * fourth: the first one fixed, the others without a pose. `n` shots each on a grid all around. */
+static inline void make_walk(const ptzcal_rig_model *model, const double *places, uint32_t stations, size_t n,
+                             ptzcal_adjustment **survey)
+{
+  static const double boxes[5][6] = {{-3, -1.5, -2, 3, 1.1, 2.4}, {-3, -0.7, 1.4, -1.8, 1.1, 2.4}, {1.2, 0.3, -2, 2.4, 1.1, -1.2},
+    {2.5, -1.5, 1.7, 3, 1.1, 2.4}, {-2.6, 0.6, -1.8, -1.9, 1.1, -1.1}};
+  const double sigma = 0.05, covariance[3] = {sigma * sigma, 0.0, sigma * sigma};
+  uint32_t state = 3, k, index;
+  size_t i;
+  CHECK_OK(ptzcal_adjustment_new(model, survey, NULL));
+  for (k = 0; k < stations; k++) {
+    const double *at = places + 4 * k, s = sin(at[2]), c = cos(at[2]), t = sin(at[3]), u = cos(at[3]);
+    const double turn[9] = {c, s * t, s * u, 0, u, -t, -s, c * t, c * u};
+    ptzcal_pose pose;
+    CHECK_OK(ptzcal_pose_init(&pose, sizeof pose));
+    memcpy(pose.rotation, turn, sizeof turn);
+    pose.translation[0] = at[0], pose.translation[2] = at[1];
+    CHECK_OK(ptzcal_adjustment_add_station(*survey, k ? NULL : &pose, NULL, &index, NULL));
+    for (i = 0; i < n; i++) {
+      /* Evenly over the sphere but for its poles: the golden angle. */
+      double pan_tilt[2], spot[2], near[3], far[3], ray[3], depth;
+      int m;
+      pan_tilt[0] = fmod(2.39996323 * (double)i, 6.28318531) - 3.14159265;
+      pan_tilt[1] = asin(0.9 * (2.0 * ((double)i + 0.5) / (double)n - 1.0));
+      make_shot(model, &pose, pan_tilt, 1.0, near, spot);
+      make_shot(model, &pose, pan_tilt, 2.0, far, spot);
+      for (m = 0; m < 3; m++) ray[m] = far[m] - near[m], near[m] -= ray[m];
+      depth = hit_box(boxes[0], boxes[0] + 3, 1, near, ray);
+      for (m = 1; m < 5; m++) depth = fmin(depth, hit_box(boxes[m], boxes[m] + 3, 0, near, ray));
+      make_shot(model, &pose, pan_tilt, depth, far, spot);
+      for (m = 0; m < 2; m++) spot[m] += 1.7320508 * sigma * fixture_random(&state);
+      CHECK_OK(ptzcal_adjustment_add_shots(*survey, k, pan_tilt, spot, covariance, NULL, 1, NULL, NULL));
+    }
+  }
+}
+
 #define FIXTURE_ROOM 8000
 static double fixture_room[3 * FIXTURE_ROOM];
 
@@ -623,6 +668,8 @@ static inline void make_fixtures(void)
   CHECK_OK(ptzcal_probe_options_init(fixture_probe_options, sizeof *fixture_probe_options));
   CHECK_OK(ptzcal_figure_init(fixture_figure, sizeof *fixture_figure));
   make_angle_map(&fixture_angle_map);
+  CHECK_OK(ptzcal_camera_list_new(&fixture_camera_list, NULL));
+  CHECK_OK(ptzcal_camera_list_add(fixture_camera_list, fixture_camera, "camera", NULL));
   /* Only a little is measured in so little time. */
   fixture_probe_options->max_time = 5.0;
   CHECK_OK(ptzcal_head_options_set_address(fixture_head_options, "sim:room?real_time=100", NULL));
@@ -648,14 +695,22 @@ static inline void make_fixtures(void)
   CHECK_OK(ptzcal_adjusted_summary_init(fixture_adjusted_summary, sizeof *fixture_adjusted_summary));
   CHECK_OK(ptzcal_suspect_init(fixture_suspect, sizeof *fixture_suspect));
   CHECK_OK(ptzcal_adjustment_solve(fixture_adjustment, NULL, NULL, &fixture_adjusted, NULL));
+  CHECK_OK(ptzcal_tie_options_init(fixture_tie_options, sizeof *fixture_tie_options));
+  CHECK_OK(ptzcal_ties_summary_init(fixture_ties_summary, sizeof *fixture_ties_summary));
+  CHECK_OK(ptzcal_link_init(fixture_link, sizeof *fixture_link));
+  CHECK_OK(ptzcal_loop_init(fixture_loop, sizeof *fixture_loop));
+  /* A survey of one station needs no ties. */
+  CHECK_OK(ptzcal_adjustment_tie_stations(fixture_adjustment, NULL, NULL, NULL, NULL, &fixture_ties, NULL));
   make_study();
   fixture_indices[0] = 0;
   make_pointing();
   make_exploration();
+  CHECK_OK(ptzcal_report_new("fixture", &fixture_report, NULL));
 }
 
 static inline void free_fixtures(void)
 {
+  ptzcal_report_free(fixture_report);
   ptzcal_plan_free(fixture_plan);
   ptzcal_label_free(fixture_label);
   ptzcal_study_free(fixture_study);
@@ -667,6 +722,7 @@ static inline void free_fixtures(void)
   ptzcal_pointing_free(fixture_pointing);
   ptzcal_registration_free(fixture_registration);
   ptzcal_planes_free(fixture_planes);
+  ptzcal_ties_free(fixture_ties);
   ptzcal_adjusted_free(fixture_adjusted);
   ptzcal_adjustment_free(fixture_adjustment);
   ptzcal_mesh_free(fixture_mesh);
@@ -677,6 +733,7 @@ static inline void free_fixtures(void)
   CHECK_OK(ptzcal_head_close(fixture_head, NULL));
   ptzcal_head_options_free(fixture_head_options);
   ptzcal_angle_map_free(fixture_angle_map);
+  ptzcal_camera_list_free(fixture_camera_list);
   ptzcal_probe_report_free(fixture_probe_report);
   ptzcal_rig_options_free(fixture_rig_options);
   ptzcal_simulator_free(fixture_simulator);

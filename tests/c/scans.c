@@ -86,6 +86,17 @@ static void stopped_and_resumed(const char *journal)
     CHECK(needed == 3 * summary.found);
     CHECK_OK(ptzcal_scan_copy_points(result, points, 12, NULL, NULL));
     CHECK(points[2] > 0.5 && points[2] < 20.0);
+    {
+      uint32_t width = 7, height = 7;
+      CHECK_OK(ptzcal_scan_camera_size(result, 0, &width, &height, NULL));
+      CHECK(width > 17 && height > 13);
+      CHECK_OK(ptzcal_correspondences_new(width, height, &set, NULL));
+      CHECK_OK(ptzcal_correspondences_add_scan(set, result, 0, NULL));
+      ptzcal_correspondences_free(set);
+      width = height = 7;
+      CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, ptzcal_scan_camera_size(result, 1, &width, &height, NULL));
+      CHECK(width == 7 && height == 7);
+    }
     CHECK_OK(ptzcal_correspondences_new(17, 13, &set, NULL));
     CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, ptzcal_correspondences_add_scan(set, result, 0, NULL));
     CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, ptzcal_correspondences_add_scan(set, result, 7, NULL));

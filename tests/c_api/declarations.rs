@@ -138,7 +138,7 @@ pub fn documented(comment: &str) -> Vec<&str> {
     comment.lines().filter_map(|l| l.trim().strip_prefix("* @param ")?.split(' ').next()).collect()
 }
 
-fn param_comment(comment: &str, name: &str) -> String {
+pub fn param_comment(comment: &str, name: &str) -> String {
     let mut lines = comment.lines().map(|l| l.trim().trim_start_matches('*').trim());
     let begins = |l: &str| l.strip_prefix("@param ").is_some_and(|l| l.split(' ').next() == Some(name));
     let first = lines.by_ref().find(|l| begins(l)).unwrap_or_default().to_owned();

@@ -21,6 +21,59 @@ fn the_c_example_calibrates_a_camera_through_callbacks() {
 }
 
 #[test]
+fn the_c_example_turns_the_head_to_a_click() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = root().join("examples/c/click_to_point.c");
+    let program = compile(&source, folder.path(), Link::Shared, &[]);
+    let said = text(&run(Command::new(program).current_dir(folder.path())));
+    // The click is on the floor, seen by the head straight ahead: by the room's truth.
+    let line = said.lines().last().unwrap();
+    let number = |after: &str| -> f64 {
+        let rest = &line[line.find(after).unwrap() + after.len()..];
+        rest.trim_start().split([' ', ',']).next().unwrap().parse().unwrap()
+    };
+    let simulator = ptzcal::sim::Simulator::new(ptzcal::sim::SimOptions::parse("sim:room").unwrap()).unwrap();
+    let (camera, rig) = (simulator.truth().fixed[0], simulator.nominal_rig());
+    let ray = camera.back_project(&nalgebra::Vector2::new(150.0, 560.0)).unwrap();
+    let point = ray.at((1.2 - ray.origin.y) / ray.direction.y);
+    let aim = ptzcal::rig::aim_at_point(&rig, &point).unwrap();
+    let off = (number("pan") - aim.pan.to_degrees()).hypot(number("tilt") - aim.tilt.to_degrees());
+    println!("{line}; truth {:.2} {:.2}", aim.pan.to_degrees(), aim.tilt.to_degrees());
+    assert!(off < 0.2 && (number("is") - (point - camera.centre()).norm()).abs() < 0.02, "{line}");
+    for file in ["hall.html", "hall.json"] {
+        assert!(folder.path().join(file).metadata().unwrap().len() > 1000);
+    }
+}
+
+/// Code in the guide is code of an example that is built and run.
+#[test]
+fn the_guide_shows_what_is_tested() {
+    let read = |path: &str| fs::read_to_string(root().join(path)).unwrap();
+    let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let programs: Vec<String> =
+        ["click_to_point.c", "calibrate_fixed_camera.c"].map(|name| words(&read(&format!("examples/c/{name}")))).into();
+    let guide = read("docs/guide.md");
+    let blocks: Vec<&str> = guide.split("```c\n").skip(1).map(|b| b.split("```").next().unwrap()).collect();
+    assert!(blocks.len() > 5);
+    for block in blocks {
+        assert!(programs.iter().any(|p| p.contains(&words(block))), "in no example:\n{block}");
+    }
+}
+
+/// Every status has its cure.
+#[test]
+fn the_page_of_errors_is_complete() {
+    let page = fs::read_to_string(root().join("docs/errors.md")).unwrap();
+    let header = fs::read_to_string(root().join("include/ptzcal.h")).unwrap();
+    let statuses = header.lines().filter_map(|l| l.trim().strip_prefix("PTZCAL_STATUS_")?.split_once(" = -"));
+    let names: Vec<&str> = statuses.map(|(name, _)| name).collect();
+    assert!(names.len() > 30);
+    for name in names {
+        assert!(page.contains(&format!("| {name} |")), "{name}");
+    }
+}
+
+#[test]
 fn the_c_example_calibrates_a_camera_from_a_depth_camera() {
     let Some(frames) = crate::data::folder("rgbd_nyu") else { return };
     let folder = tempfile::tempdir().unwrap();

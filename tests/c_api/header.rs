@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The chapters, in the order of the header: a type stands before the functions that use it.
-const TOPICS: [&str; 69] = [
+const TOPICS: &[&str] = &[
     "version",
     "status",
     "error",
@@ -43,6 +43,7 @@ const TOPICS: [&str; 69] = [
     "roof_edges",
     "pose",
     "planes",
+    "plane_regions",
     "registration",
     "devices",
     "simulator",
@@ -56,6 +57,7 @@ const TOPICS: [&str; 69] = [
     "rig",
     "scan_options",
     "scan",
+    "scan_planes",
     "cloud",
     "cloud_data",
     "mesh",
@@ -67,6 +69,7 @@ const TOPICS: [&str; 69] = [
     "adjusted_check",
     "adjusted_points",
     "adjustment_planes",
+    "network",
     "adjust",
     "site",
     "set_up",
@@ -76,6 +79,8 @@ const TOPICS: [&str; 69] = [
     "pointing",
     "locating",
     "sweep",
+    "camera_list",
+    "report",
     "file",
 ];
 

@@ -27,6 +27,7 @@ use ptzcal::capi::lines::ptzcal_line_options;
 use ptzcal::capi::lines_3d::{ptzcal_line_fit_options, ptzcal_line_match_options};
 use ptzcal::capi::locating::{ptzcal_aim, ptzcal_located};
 use ptzcal::capi::mesh::ptzcal_surface_options;
+use ptzcal::capi::network::{ptzcal_link, ptzcal_loop, ptzcal_tie_options, ptzcal_ties_summary};
 use ptzcal::capi::plan::{ptzcal_plan_options, ptzcal_plan_summary};
 use ptzcal::capi::planes::{ptzcal_plane, ptzcal_planes_options};
 use ptzcal::capi::pose::ptzcal_pose;
@@ -119,6 +120,10 @@ fn rust() -> String {
     layout!(out, ptzcal_adjusted_summary: struct_size iterations parameters stations cameras shots spots
         used warnings suspects prior_only degrees_of_freedom chi2 probability noise_factor condition planes);
     layout!(out, ptzcal_suspect: struct_size parameters gain probability);
+    layout!(out, ptzcal_tie_options: struct_size reserved planes stations pairs pair_count min_closure);
+    layout!(out, ptzcal_ties_summary: struct_size links linked loops planes shots);
+    layout!(out, ptzcal_link: struct_size status station_a station_b);
+    layout!(out, ptzcal_loop: struct_size stations rotation position probability);
     layout!(out, ptzcal_adjust_options: struct_size robust max_iterations reserved seed
         pointing_sigma_pan pointing_sigma_tilt huber max_focal_deviation max_station_deviation);
     layout!(out, ptzcal_study_options: struct_size methods draws trials threads reserved seed);

@@ -5,6 +5,7 @@
 //! that forgot one of them fails and says so.
 
 mod abi_diff;
+mod cpp;
 #[path = "../support/data.rs"]
 mod data;
 mod declarations;

@@ -10,7 +10,7 @@ use ptzcal::image::DepthNoise;
 use ptzcal::pose::{
     FindPlanesOptions, PlaneRegion, PoseOptions, PosePrior, StationOptions, StationPlanes, StationPose,
     common_roof_edges, estimate_pose_roof_edges, find_planes_in_points, find_planes_in_shots, fit_regions_of_points,
-    register_matched, register_stations, shots_of_depth_map,
+    register_matched, register_stations, shots_of_depth_map, shots_of_ranges,
 };
 
 use crate::room::{Dice, Rectangle, cuboid, furnished, scan, somewhere};
@@ -21,9 +21,10 @@ fn exact() -> FindPlanesOptions {
     FindPlanesOptions { flatness: 0.0, ..Default::default() }
 }
 
+/// The noise is along the rays, and stated so: points of 5 mm in all directions would be worse ones.
 fn planes(room: &[Rectangle], station: &Rigid, count: usize, dice: &mut Dice) -> StationPlanes {
     let points = scan(room, station, count, 0.005, dice).points;
-    find_planes_in_points(&points, Some(0.005), &exact()).unwrap()
+    find_planes_in_shots(&shots_of_ranges(&points, 0.005).unwrap(), &exact()).unwrap()
 }
 
 /// Error as (w, t) in the order of the covariance.
@@ -53,8 +54,9 @@ fn stations_in_a_furnished_room_are_registered_without_a_guess() {
     }
     let nees = (nees / runs as f64).sqrt();
     println!("sqrt(NEES / 6) {nees:.3}");
-    // Some planes have points of others; what that does is estimated from a handful of planes.
-    assert!((0.6..1.3).contains(&nees));
+    // 180 numbers would scatter by 0.05. Some planes have points of others, and what that does is estimated
+    // from a handful of planes, so that few runs carry much of the sum. (100 runs: 0.97.)
+    assert!((0.8..1.2).contains(&nees));
 }
 
 /// Partial and whole views of one room or of two: right or refused, never wrong.

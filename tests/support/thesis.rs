@@ -98,6 +98,13 @@ pub fn depth(o: &Vector3<f64>, d: &Vector3<f64>) -> f64 {
         .fold(slab(&ROOM).1, |z, (enter, _)| z.min(enter))
 }
 
+/// The axis along which the surface at a point faces.
+pub fn axis_of(point: &Vector3<f64>) -> usize {
+    let on =
+        |axis: &usize| BOXES.iter().chain([&ROOM]).any(|b| b.iter().any(|c| (c[*axis] - point[*axis]).abs() < 1e-9));
+    (0..3).find(on).unwrap()
+}
+
 /// One noiseless shot.
 #[derive(Clone, Copy)]
 pub struct Shot {

@@ -23,6 +23,7 @@ from .calibrate import (
     radial_alignment,
 )
 from .camera import Camera, DistortionModel
+from .camera_files import CameraFormat, NamedCamera, read_camera, read_cameras, write_cameras
 from .cancel import Cancel
 from .chessboard import Chessboard, detect_chessboard
 from .cloud import Cloud, CloudNoise, Mesh
@@ -67,6 +68,7 @@ from .lines import (
     lift_line_segments,
     match_lines,
 )
+from .network import Link, Loop, Ties, tie_stations
 from .pictures import DepthMap, Picture, read_image
 from .pointing import Aim, Located, LocatedAlong, MeasuredBy, Pointing, Sweep, ellipse
 from .planes import (
@@ -82,6 +84,7 @@ from .planes import (
 )
 from .pose import Pose, PoseMethod, RoofEdges, estimate_pose_roof_edges
 from .probe import Figure, ProbeFigure, ProbeReport, learn_angles, probe
+from .report import Report
 from .rgbd import Rgbd, RgbdLinePairs, RgbdPairs, RgbdView
 from .rig import LogLevel, Rig, Settle
 from .rig_calibration import (
@@ -125,6 +128,7 @@ __all__ = [
     "Boards",
     "Calibration",
     "Camera",
+    "CameraFormat",
     "Cancel",
     "Cancelled",
     "Chessboard",
@@ -155,24 +159,27 @@ __all__ = [
     "LineFit",
     "LineMatches",
     "LineSegments",
+    "Link",
     "Located",
     "LocatedAlong",
     "LogLevel",
-    "Mesh",
+    "Loop",
     "MeasuredBy",
+    "Mesh",
     "Motion",
     "MoveEnd",
     "MoveEvent",
+    "NamedCamera",
     "PanTilt",
     "PanTiltZoom",
     "Picture",
     "PixelFormat",
     "Plan",
-    "PlannedShots",
-    "Pointing",
     "Plane",
     "Planes",
     "PlanesNotFound",
+    "PlannedShots",
+    "Pointing",
     "Pose",
     "PoseMethod",
     "PrecisionLabel",
@@ -180,6 +187,7 @@ __all__ = [
     "ProbeReport",
     "Progress",
     "Region",
+    "Report",
     "Rgbd",
     "RgbdLinePairs",
     "RgbdPairs",
@@ -217,6 +225,7 @@ __all__ = [
     "SureAngles",
     "Suspect",
     "Sweep",
+    "Ties",
     "UncertainRig",
     "Verdict",
     "Visible",
@@ -247,8 +256,12 @@ __all__ = [
     "match_sift",
     "probe",
     "radial_alignment",
+    "read_camera",
+    "read_cameras",
     "read_image",
     "register_matched_planes",
     "register_stations",
+    "tie_stations",
     "version",
+    "write_cameras",
 ]

@@ -10,12 +10,17 @@ from typing import Any, Optional, Tuple, Type, TypeVar, Union
 import numpy as np
 
 
+def contiguous(array: np.ndarray, dtype: Any = None) -> np.ndarray:
+    """As C wants it: in one piece and aligned, which arrays out of messages and files need not be."""
+    return np.require(np.atleast_1d(array), dtype, ["C", "A"])
+
+
 def numbers(value: Any, name: str) -> np.ndarray:
     """Any array-like as contiguous float64."""
     array = np.asarray(value)
     if array.dtype.kind not in "fiub":
         raise TypeError(f"{name} must hold real numbers, not {array.dtype}")
-    return np.ascontiguousarray(array, dtype=np.float64)
+    return contiguous(array, np.float64)
 
 
 def vector(value: Any, length: int, name: str) -> np.ndarray:

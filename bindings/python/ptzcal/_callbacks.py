@@ -169,3 +169,12 @@ def _interrupted(number: int, frame: Any) -> None:
     if current.depth:
         signal.default_int_handler(number, frame)
     current.fatal = current.fatal or KeyboardInterrupt()
+
+
+def reporter(progress: Optional[Callable[[int, int], Any]]) -> Any:
+    """progress(done, total) for the library; a true result stops the work."""
+
+    def heard(report: Any) -> int:
+        return bool(progress and progress(report[0].done, report[0].total))
+
+    return _structs.ptzcal_progress_fn(listener(heard, otherwise=1))

@@ -51,8 +51,10 @@ from ._structs import (
     ptzcal_line_fit_options,
     ptzcal_line_match_options,
     ptzcal_line_options,
+    ptzcal_link,
     ptzcal_located,
     ptzcal_log_fn,
+    ptzcal_loop,
     ptzcal_move_end_fn,
     ptzcal_plan_options,
     ptzcal_plan_summary,
@@ -72,13 +74,15 @@ from ._structs import (
     ptzcal_sift_match_options,
     ptzcal_sift_options,
     ptzcal_spot,
+    ptzcal_station_options,
+    ptzcal_station_pose,
     ptzcal_study_cell,
     ptzcal_study_options,
     ptzcal_surface_options,
-    ptzcal_station_options,
-    ptzcal_station_pose,
     ptzcal_suspect,
     ptzcal_sweep_summary,
+    ptzcal_tie_options,
+    ptzcal_ties_summary,
     ptzcal_visible,
     ptzcal_zoom_position,
 )
@@ -128,6 +132,10 @@ _planes_options = POINTER(ptzcal_planes_options)
 _region = POINTER(ptzcal_region)
 _station_options = POINTER(ptzcal_station_options)
 _station_pose = POINTER(ptzcal_station_pose)
+_link = POINTER(ptzcal_link)
+_loop = POINTER(ptzcal_loop)
+_tie_options = POINTER(ptzcal_tie_options)
+_ties_summary = POINTER(ptzcal_ties_summary)
 _rgbd_options = POINTER(ptzcal_rgbd_options)
 _rgbd_view = POINTER(ptzcal_rgbd_view)
 _scan_summary = POINTER(ptzcal_scan_summary)
@@ -443,6 +451,9 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_planes_find_points": (
         _status, _array, c_size_t, c_double, _planes_options, _handle_out, _error_out,
     ),
+    "ptzcal_planes_find_ranges": (
+        _status, _array, c_size_t, c_double, _planes_options, _handle_out, _error_out,
+    ),
     "ptzcal_planes_find_shots": (
         _status, _model, _array, _array, _array, c_size_t, _planes_options, _handle_out, _error_out,
     ),
@@ -456,6 +467,21 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_planes_fit_shots": (
         _status, _model, _array, _array, _array, c_size_t, _array, c_uint32, _planes_options,
         _handle_out, _error_out,
+    ),
+    "ptzcal_planes_fit_points_in_boxes": (
+        _status, _array, c_size_t, c_double, _array, c_uint32, _planes_options, _handle_out,
+        _error_out,
+    ),
+    "ptzcal_planes_fit_shots_in_boxes": (
+        _status, _model, _array, _array, _array, c_size_t, _array, c_uint32, _planes_options,
+        _handle_out, _error_out,
+    ),
+    "ptzcal_planes_find_scan": (_status, _handle, _planes_options, _handle_out, _error_out),
+    "ptzcal_planes_fit_scan": (
+        _status, _handle, _array, c_uint32, _planes_options, _handle_out, _error_out,
+    ),
+    "ptzcal_planes_fit_scan_in_boxes": (
+        _status, _handle, _array, c_uint32, _planes_options, _handle_out, _error_out,
     ),
     "ptzcal_planes_free": (None, _handle),
     "ptzcal_planes_count": (_status, _handle, _uint32_out, _error_out),
@@ -641,6 +667,7 @@ PROTOTYPES: Dict[str, tuple] = {
     ),
     "ptzcal_scan_free": (None, _handle),
     "ptzcal_scan_get_summary": (_status, _handle, _scan_summary, _error_out),
+    "ptzcal_scan_camera_size": (_status, _handle, c_uint32, _uint32_out, _uint32_out, _error_out),
     "ptzcal_scan_end": (_status, _handle, _error_out),
     "ptzcal_scan_get_shot": (_status, _handle, c_size_t, _shot, _error_out),
     "ptzcal_scan_get_spot": (_status, _handle, c_size_t, c_uint32, _spot, _error_out),
@@ -649,6 +676,17 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_roof_edges_add_plane_scan": (
         _status, _handle, _handle, _region, _uint32_out, _error_out,
     ),
+    # Reports.
+    "ptzcal_report_new": (_status, c_char_p, _handle_out, _error_out),
+    "ptzcal_report_free": (None, _handle),
+    "ptzcal_report_set_up": (_status, _handle, _array, _error_out),
+    "ptzcal_report_add_note": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_report_add_calibration": (_status, _handle, c_char_p, _handle, _handle, _image, _error_out),
+    "ptzcal_report_add_scan": (_status, _handle, c_char_p, _handle, _error_out),
+    "ptzcal_report_add_adjusted": (_status, _handle, c_char_p, _handle, _error_out),
+    "ptzcal_report_add_input": (_status, _handle, c_char_p, _array, c_size_t, _error_out),
+    "ptzcal_report_copy_html": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_report_save": (_status, _handle, c_char_p, _error_out),
     # Clouds and meshes.
     "ptzcal_cloud_new": (_status, _handle_out, _error_out),
     "ptzcal_cloud_from_scan": (_status, _handle, _handle_out, _error_out),
@@ -814,6 +852,23 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_adjusted_copy_plane_inliers": (
         _status, _handle, _array, c_size_t, _size_out, _error_out,
     ),
+    # Stations along a path.
+    "ptzcal_tie_options_init": (_status, _tie_options, c_size_t),
+    "ptzcal_adjustment_tie_stations": (
+        _status, _handle, _tie_options, ptzcal_progress_fn, _user, _handle, _handle_out, _error_out,
+    ),
+    "ptzcal_ties_free": (None, _handle),
+    "ptzcal_ties_summary_init": (_status, _ties_summary, c_size_t),
+    "ptzcal_ties_get_summary": (_status, _handle, _ties_summary, _error_out),
+    "ptzcal_link_init": (_status, _link, c_size_t),
+    "ptzcal_ties_get_link": (_status, _handle, c_uint32, _link, _error_out),
+    "ptzcal_ties_link_reason": (c_char_p, _handle, c_uint32),
+    "ptzcal_ties_get_registration": (_status, _handle, c_uint32, _handle_out, _error_out),
+    "ptzcal_loop_init": (_status, _loop, c_size_t),
+    "ptzcal_ties_get_loop": (_status, _handle, c_uint32, _loop, _error_out),
+    "ptzcal_ties_copy_loop": (
+        _status, _handle, c_uint32, _array, c_size_t, _size_out, _error_out,
+    ),
     # Studies, labels, plans, next shots.
     "ptzcal_site_new": (_status, _model, _camera, _handle_out, _error_out),
     "ptzcal_site_free": (None, _handle),
@@ -864,8 +919,24 @@ PROTOTYPES: Dict[str, tuple] = {
         _status, _handle, _array, c_size_t, _region, c_double, c_double, c_double, c_uint32, _array, _array,
         c_size_t, _size_out, _error_out,
     ),
+    # Cameras in files of other programs.
+    "ptzcal_camera_read": (_status, c_char_p, c_uint32, _camera, _error_out),
+    "ptzcal_camera_write": (_status, _camera, c_char_p, c_uint32, _error_out),
+    "ptzcal_camera_list_new": (_status, _handle_out, _error_out),
+    "ptzcal_camera_list_free": (None, _handle),
+    "ptzcal_camera_list_add": (_status, _handle, _camera, c_char_p, _error_out),
+    "ptzcal_camera_list_read": (_status, c_char_p, c_uint32, _handle_out, _error_out),
+    "ptzcal_camera_list_write": (_status, _handle, c_char_p, c_uint32, _error_out),
+    "ptzcal_camera_list_count": (_status, _handle, _size_out, _uint32_out, _error_out),
+    "ptzcal_camera_list_get": (_status, _handle, c_size_t, _camera, _uint32_out, _error_out),
+    "ptzcal_camera_list_name": (c_char_p, _handle, c_size_t),
     # Files.
     "ptzcal_calibration_save": (_status, _handle, c_char_p, _error_out),
+    "ptzcal_calibration_load_inputs": (
+        _status, c_char_p, _handle_out, _handle_out, _error_out,
+    ),
+    "ptzcal_correspondences_add_csv": (_status, _handle, c_char_p, _size_out, _error_out),
+    "ptzcal_correspondences_save_csv": (_status, _handle, c_char_p, _error_out),
     "ptzcal_camera_save": (_status, _camera, c_char_p, _error_out),
     "ptzcal_camera_load": (_status, c_char_p, _camera, _error_out),
     "ptzcal_camera_save_opencv": (_status, _camera, c_char_p, _error_out),

@@ -528,6 +528,48 @@ class ptzcal_suspect(Structure):
     ]
 
 
+class ptzcal_tie_options(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("planes", POINTER(ptzcal_planes_options)),
+        ("stations", POINTER(ptzcal_station_options)),
+        ("pairs", c_void_p),
+        ("pair_count", c_size_t),
+        ("min_closure", c_double),
+    ]
+
+
+class ptzcal_ties_summary(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("links", c_uint32),
+        ("linked", c_uint32),
+        ("loops", c_uint32),
+        ("planes", c_uint64),
+        ("shots", c_uint64),
+    ]
+
+
+class ptzcal_link(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("status", c_int32),
+        ("station_a", c_uint32),
+        ("station_b", c_uint32),
+    ]
+
+
+class ptzcal_loop(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("stations", c_uint32),
+        ("rotation", c_double),
+        ("position", c_double),
+        ("probability", c_double),
+    ]
+
+
 class ptzcal_adjust_options(Structure):
     _fields_ = [
         ("struct_size", c_uint32),

@@ -14,6 +14,7 @@ from . import _native, _structs
 from ._arrays import (
     address_of,
     address_of_optional,
+    contiguous,
     numbers,
     pixel_covariances,
     rows,
@@ -214,7 +215,7 @@ class Adjustment(Handle):
             raise ValueError(f"shots must be {n} indices, not {indices.dtype} {indices.shape}")
         if n and indices.min() < 0:
             raise ValueError("shots must not be negative")
-        indices = np.ascontiguousarray(indices, dtype=np.uintp)
+        indices = contiguous(indices, np.uintp)
         covariance = pixel_covariances(uv_covariance, n, "uv_covariance")
         call(
             lib.ptzcal_adjustment_add_sightings,

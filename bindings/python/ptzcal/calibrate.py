@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ctypes import byref, c_size_t
+from ctypes import byref, c_size_t, c_void_p
 from functools import cached_property
 from typing import Any, Dict, List, Optional, Tuple, Union
 
@@ -151,6 +151,20 @@ class Correspondences(Handle):
         """Adds what the head camera and a fixed camera, by its number, saw together in a scan."""
         number = unsigned(camera, "camera")
         call(lib.ptzcal_correspondences_add_scan, self._pointer, scan._pointer, number)
+
+    def add_csv(self, path: _native.Path) -> int:
+        """Adds the points of a table and returns how many they are.
+
+        Its first line names the columns: x y z (metres) and u v (pixels); optional sigma_x sigma_y
+        sigma_z or cov_xx ... cov_zz, sigma_u sigma_v or cov_uu cov_uv cov_vv, name, comment.
+        """
+        added = c_size_t()
+        call(lib.ptzcal_correspondences_add_csv, self._pointer, _native.path(path), byref(added))
+        return added.value
+
+    def save_csv(self, path: _native.Path) -> None:
+        """Writes the points as a table; Error UNSUPPORTED for laser shots and lines."""
+        call(lib.ptzcal_correspondences_save_csv, self._pointer, _native.path(path))
 
     def __len__(self) -> int:
         count = c_size_t()
@@ -350,8 +364,22 @@ class Calibration(Handle):
         return xyz, of_xyz
 
     def save(self, path: _native.Path) -> None:
-        """Writes everything as JSON, to the last bit; Camera.load reads the camera of it."""
+        """Writes everything as JSON, to the last bit; Camera.load reads the camera of it, and
+        solved_again solves the measurements in it again."""
         call(lib.ptzcal_calibration_save, self._pointer, _native.path(path))
+
+    @classmethod
+    def solved_again(cls, path: _native.Path) -> "Calibration":
+        """Calibrates from the measurements and options of a file: the same bits as when it was saved.
+
+        Raises Error NOT_FOUND for a file without measurements, and what calibrate_camera raises.
+        """
+        made, options = Correspondences.__new__(Correspondences), _Options.__new__(_Options)
+        pointers = c_void_p(), c_void_p()
+        load = lib.ptzcal_calibration_load_inputs
+        call(load, _native.path(path), byref(pointers[0]), byref(pointers[1]))
+        made._pointer, options._pointer = pointers[0].value, pointers[1].value
+        return cls(made, options)
 
     def __repr__(self) -> str:
         return (

@@ -9,7 +9,7 @@ from typing import Any, Optional, Tuple, Union
 import numpy as np
 
 from . import _native, _structs
-from ._arrays import address_of, address_of_optional, point_covariances, rows, shaped, vector
+from ._arrays import address_of, address_of_optional, contiguous, point_covariances, rows, shaped, vector
 from ._native import Handle, call, lib
 from .camera import Camera
 from .images import Image, PixelFormat, view
@@ -232,7 +232,7 @@ class Mesh(Handle):
             raise ValueError(f"triangles must be integers of shape (n, 3), not {indices.dtype} of {indices.shape}")
         if indices.size and (indices.min() < 0 or indices.max() >= len(vertices)):
             raise ValueError(f"triangles of points that are not among the {len(vertices)}")
-        indices = np.ascontiguousarray(indices, np.uint32)
+        indices = contiguous(indices, np.uint32)
         self._make(lib.ptzcal_mesh_new, vertices._pointer, address_of(indices), len(indices))
 
     @classmethod

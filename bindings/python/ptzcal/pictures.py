@@ -8,7 +8,7 @@ from typing import Any, Optional, Union
 import numpy as np
 
 from . import _native, _structs
-from ._arrays import address_of, address_of_optional, numbers, rows, unsigned
+from ._arrays import address_of, address_of_optional, contiguous, numbers, rows, unsigned
 from ._native import Handle, call, lib
 from .errors import Error, Status
 from .images import Image, PixelFormat, copied, view
@@ -163,7 +163,7 @@ class DepthMap(Handle):
         function = lib.ptzcal_depth_map_new_u16
         if array.dtype != np.uint16:
             array, function = numbers(array, "depths").astype(np.float32), lib.ptzcal_depth_map_new_f32
-        array = np.ascontiguousarray(array)
+        array = contiguous(array)
         height, width = array.shape
         self._make(
             function,

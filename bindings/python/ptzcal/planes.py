@@ -11,13 +11,14 @@ from typing import Any, Iterator, Optional, Tuple, Type
 import numpy as np
 
 from . import _native, _structs
-from ._arrays import address_of, address_of_optional, numbers, pixel_covariances, rows, unsigned
+from ._arrays import address_of, address_of_optional, contiguous, numbers, pixel_covariances, rows, unsigned
 from ._native import Handle, call, lib
 from .camera import Camera
 from .errors import Error, SpotAmbiguous, SpotNotFound
 from .pictures import DepthMap
 from .pose import RoofEdges
 from .rig_model import RigModel
+from .scan import Scan
 
 
 class PlanesNotFound(Error):
@@ -71,19 +72,21 @@ class Planes(Handle):
     _free = "ptzcal_planes_free"
 
     @classmethod
-    def find(cls, xyz: Any, sigma: float = 0.0, **options: Any) -> "Planes":
+    def find(
+        cls, xyz: Any, sigma: float = 0.0, *, along_rays: bool = False, **options: Any
+    ) -> "Planes":
         """Finds the planes in points (n, 3), metres; those that are not finite are passed over.
 
-        sigma: their standard deviation in each direction; estimated without. Options: threshold
+        sigma: their standard deviation in each direction; estimated without. along_rays: it is that of
+        their ranges only, as a scanner's is: slanted walls are known better then. Options: threshold
         (standard deviations), flatness (of real surfaces, and systematic errors, metres), min_share
         (of the measurements), min_points, max_planes, min_range, max_range (metres), seed.
 
         Raises PlanesNotFound; Error TOO_FEW_POINTS, DEGENERATE.
         """
         xyz = rows(xyz, 3, "xyz")
-        return cls._new(
-            lib.ptzcal_planes_find_points, address_of(xyz), len(xyz), sigma, _options(options)
-        )
+        function = lib.ptzcal_planes_find_ranges if along_rays else lib.ptzcal_planes_find_points
+        return cls._new(function, address_of(xyz), len(xyz), sigma, _options(options))
 
     @classmethod
     def find_shots(
@@ -92,6 +95,11 @@ class Planes(Handle):
         """Finds the planes in laser shots (as in RigModel.locate)."""
         shots, _arrays = _shots(model, pan_tilt, spots, spot_covariance)
         return cls._new(lib.ptzcal_planes_find_shots, *shots, _options(options))
+
+    @classmethod
+    def find_scan(cls, scan: Scan, **options: Any) -> "Planes":
+        """Finds the planes that a scan shows, in the rig's frame. Labels are those of its shots."""
+        return cls._new(lib.ptzcal_planes_find_scan, scan._pointer, _options(options))
 
     @classmethod
     def find_depths(
@@ -112,13 +120,17 @@ class Planes(Handle):
 
     @classmethod
     def fit(cls, xyz: Any, regions: Any, sigma: float = 0.0, **options: Any) -> "Planes":
-        """Fits a plane to each region of points (n, 3): regions (n,) numbers them, -1 is none."""
+        """Fits a plane to each region of points (n, 3).
+
+        regions: (n,) numbers them, -1 is none; or boxes (m, 2, 3), the least and the greatest corner of
+        each, metres.
+        """
         xyz = rows(xyz, 3, "xyz")
         arguments = address_of(xyz), len(xyz), sigma
-        region, count = _regions(regions, len(xyz))
-        return cls._new(
-            lib.ptzcal_planes_fit_points, *arguments, address_of(region), count, _options(options)
-        )
+        boxes = _boxes(regions)
+        region, count = _regions(regions, len(xyz)) if boxes is None else (boxes, len(boxes))
+        function = lib.ptzcal_planes_fit_points if boxes is None else lib.ptzcal_planes_fit_points_in_boxes
+        return cls._new(function, *arguments, address_of(region), count, _options(options))
 
     @classmethod
     def fit_shots(
@@ -130,12 +142,25 @@ class Planes(Handle):
         spot_covariance: Any = None,
         **options: Any,
     ) -> "Planes":
-        """Fits a plane to each region of laser shots."""
+        """Fits a plane to each region of laser shots: numbers or boxes as in fit, in the rig's frame."""
         shots, _arrays = _shots(model, pan_tilt, spots, spot_covariance)
-        region, count = _regions(regions, shots[-1])
-        return cls._new(
-            lib.ptzcal_planes_fit_shots, *shots, address_of(region), count, _options(options)
-        )
+        boxes = _boxes(regions)
+        region, count = _regions(regions, shots[-1]) if boxes is None else (boxes, len(boxes))
+        function = lib.ptzcal_planes_fit_shots if boxes is None else lib.ptzcal_planes_fit_shots_in_boxes
+        return cls._new(function, *shots, address_of(region), count, _options(options))
+
+    @classmethod
+    def fit_scan(cls, scan: Scan, regions: Any, **options: Any) -> "Planes":
+        """Fits a plane to each region of a scan.
+
+        regions: (m, 4), the least and greatest pan, the least and greatest tilt of each, radians; or
+        boxes (m, 2, 3) as in fit, in the rig's frame.
+        """
+        boxes = _boxes(regions)
+        region = rows(regions, 4, "regions") if boxes is None else boxes
+        function = lib.ptzcal_planes_fit_scan if boxes is None else lib.ptzcal_planes_fit_scan_in_boxes
+        arguments = scan._pointer, address_of(region), len(region)
+        return cls._new(function, *arguments, _options(options))
 
     @classmethod
     def _new(cls, function: Any, *arguments: Any) -> "Planes":
@@ -188,6 +213,10 @@ class Planes(Handle):
 
 
 def _options(given: dict) -> Any:
+    return byref(planes_options(given))
+
+
+def planes_options(given: dict) -> _structs.ptzcal_planes_options:
     options = _native.initial(_structs.ptzcal_planes_options)
     bits = {"min_points": 32, "max_planes": 32, "seed": 64}
     known = {name for name, _ in options._fields_} - {"struct_size", "reserved"}
@@ -195,7 +224,7 @@ def _options(given: dict) -> Any:
         if name not in known:
             raise TypeError(f"there is no option {name!r}: {', '.join(sorted(known))}")
         setattr(options, name, unsigned(value, name, bits[name]) if name in bits else float(value))
-    return byref(options)
+    return options
 
 
 def _shots(model: RigModel, pan_tilt: Any, spots: Any, covariance: Any) -> Tuple[tuple, tuple]:
@@ -208,11 +237,20 @@ def _shots(model: RigModel, pan_tilt: Any, spots: Any, covariance: Any) -> Tuple
     return (byref(model._struct), *pointers, n), (pan_tilt, spots, covariance)
 
 
+def _boxes(regions: Any) -> Optional[np.ndarray]:
+    """Regions (m, 2, 3) as boxes; None for what is not of three dimensions."""
+    if np.ndim(regions) != 3:
+        return None
+    if np.shape(regions)[1:] != (2, 3):
+        raise ValueError(f"boxes must be of shape (m, 2, 3), not {np.shape(regions)}")
+    return numbers(regions, "regions")
+
+
 def _regions(regions: Any, n: int) -> Tuple[np.ndarray, int]:
     array = np.asarray(regions)
     if array.dtype.kind not in "iu" or array.shape != (n,):
         raise ValueError(f"regions must be {n} whole numbers, not {array.dtype} {array.shape}")
-    array = np.ascontiguousarray(array, np.int32)
+    array = contiguous(array, np.int32)
     return array, int(max(array.max(initial=-1), -1)) + 1
 
 
@@ -239,7 +277,7 @@ class StationPose:
         return numbers(xyz, "xyz") @ self.R.T + self.t
 
 
-class _Registration(Handle):
+class Registration(Handle):
     _free = "ptzcal_registration_free"
 
     def __init__(self, function: Any, *arguments: Any) -> None:
@@ -303,7 +341,7 @@ def register_stations(
         options.prior_rotation[:] = rotation.ravel()
         options.prior_translation[:] = translation
     stations = station_a._pointer, station_b._pointer
-    return _Registration(lib.ptzcal_register_stations, *stations, byref(options)).pose()
+    return Registration(lib.ptzcal_register_stations, *stations, byref(options)).pose()
 
 
 def register_matched_planes(station_a: Planes, station_b: Planes, pairs: Any) -> StationPose:
@@ -332,11 +370,11 @@ def common_roof_edges(
     return edges
 
 
-def _matched(station_a: Planes, station_b: Planes, pairs: Any) -> _Registration:
+def _matched(station_a: Planes, station_b: Planes, pairs: Any) -> Registration:
     array = np.asarray(pairs)
     if array.dtype.kind not in "iu" or array.ndim != 2 or array.shape[1] != 2 or array.min(initial=0) < 0:
         raise ValueError(f"pairs must be whole numbers of shape (n, 2), not {array.dtype} {array.shape}")
-    array = np.ascontiguousarray(array, np.uint32)
+    array = contiguous(array, np.uint32)
     stations = station_a._pointer, station_b._pointer
     function = lib.ptzcal_register_matched_planes
-    return _Registration(function, *stations, address_of(array), len(array))
+    return Registration(function, *stations, address_of(array), len(array))

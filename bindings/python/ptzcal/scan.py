@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ctypes import byref, c_size_t, c_void_p
+from ctypes import byref, c_size_t, c_uint32, c_void_p
 from dataclasses import astuple, dataclass
 from functools import cached_property
 from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Union
@@ -317,6 +317,13 @@ class Scan(Handle):
     def journal_cut(self) -> int:
         """Bytes of an unfinished record that were cut off the journal's end."""
         return self._summary.journal_cut
+
+    def camera_size(self, camera: int = 0) -> Tuple[int, int]:
+        """(width, height) of a fixed camera's images, by its number: `Correspondences` wants it."""
+        width, height = c_uint32(), c_uint32()
+        number = unsigned(camera, "camera")
+        call(lib.ptzcal_scan_camera_size, self._pointer, number, byref(width), byref(height))
+        return width.value, height.value
 
     def spot(self, index: int, camera: int = HEAD_CAMERA) -> Optional[Spot]:
         """Where a camera (a fixed one by its number) saw the spot of a shot; None: nowhere."""

@@ -9,7 +9,7 @@ from typing import Any, Optional, Union
 import numpy as np
 
 from . import _native, _structs
-from ._arrays import address_of, rows, unsigned
+from ._arrays import address_of, contiguous, rows, unsigned
 from ._native import Handle, call, lib
 from .images import Image, PixelFormat, view
 
@@ -34,7 +34,7 @@ class SiftFeatures:
 
     def __init__(self, keypoints: Any, descriptors: Any) -> None:
         keypoints = rows(keypoints, _NUMBERS, "keypoints")
-        descriptors = np.ascontiguousarray(descriptors)
+        descriptors = contiguous(descriptors)
         if descriptors.dtype != np.uint8 or descriptors.shape != (len(keypoints), _BYTES):
             shape = f"({len(keypoints)}, {_BYTES})"
             raise ValueError(f"descriptors must be uint8 of shape {shape}, not {descriptors.shape}")

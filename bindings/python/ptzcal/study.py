@@ -113,13 +113,6 @@ def _levels(levels: Any) -> np.ndarray:
     return np.repeat(array[:, None], 2, axis=1) if array.ndim == 1 else rows(array, 2, "levels")
 
 
-def _listener(progress: Optional[Progress]) -> Any:
-    def heard(report: Any) -> int:
-        return bool(progress and progress(report[0].done, report[0].total))
-
-    return _structs.ptzcal_progress_fn(_callbacks.listener(heard, otherwise=1))
-
-
 def _options(methods: Sequence[Method], trials: int, draws: Any, threads: int, seed: int) -> Any:
     options = _native.initial(_structs.ptzcal_study_options)
     options.methods = sum({1 << member(StudyMethod, m, "method") for m in methods})
@@ -234,7 +227,8 @@ class Site(Handle):
 
         Returns the expected error of the position so far (rms and largest semi-axis, metres;
         infinite while it is not determined), and the chosen shots: `count`, or as many as reach
-        `target`. Ask again after every few dozen shots.
+        `target`; the best of those that were seen are shot again and again. Ask again after every few
+        dozen shots.
         """
         readings = rows(pan_tilt, 2, "pan_tilt")
         depths = vector(depth, len(readings), "depth")
@@ -309,7 +303,7 @@ class SetUp(Handle):
             address_of(far),
             len(far),
             byref(options),
-            _listener(progress),
+            _callbacks.reporter(progress),
             None,
             pointer_of(cancel),
         )
@@ -338,7 +332,7 @@ class SetUp(Handle):
             address_of(noise),
             len(noise),
             byref(options),
-            _listener(progress),
+            _callbacks.reporter(progress),
             None,
             pointer_of(cancel),
         )

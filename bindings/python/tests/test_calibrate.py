@@ -45,6 +45,15 @@ class Points(TestCase):
         sigma = np.r_[sigma[:5], sigma[-3:]]
         self.assertTrue((np.abs(error) < deviations * sigma + 1e-9).all(), (error, sigma))
 
+    def test_arrays_that_are_not_aligned_are_copied(self):
+        """As they come out of messages and packed files."""
+        raw = np.zeros(8 * 3 * 40 + 1, np.uint8)
+        xyz = np.frombuffer(raw.data, np.float64, 3 * 40, offset=1).reshape(40, 3)
+        self.assertFalse(xyz.flags.aligned)
+        points = ptzcal.Correspondences(640, 480)
+        points.add_points(xyz, np.zeros((40, 2)))
+        self.assertEqual(len(points), 40)
+
     def test_a_camera(self):
         truth = camera()
         result = ptzcal.calibrate_camera(measured(truth, 400))

@@ -128,6 +128,7 @@ class Declarations(TestCase):
             ptzcal.Status: "PTZCAL_STATUS_",
             ptzcal.PixelFormat: "PTZCAL_PIXEL_FORMAT_",
             ptzcal.DistortionModel: "PTZCAL_DISTORTION_MODEL_",
+            ptzcal.CameraFormat: "PTZCAL_CAMERA_FORMAT_",
             ptzcal.LaserColour: "PTZCAL_LASER_COLOUR_",
             ptzcal.PoseMethod: "PTZCAL_POSE_METHOD_",
             ptzcal.Motion: "PTZCAL_MOTION_",

@@ -4,23 +4,24 @@
 mod measured;
 mod order;
 mod patch;
+mod rays;
 mod search;
 mod support;
 pub(super) mod view;
 
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_core::SeedableRng;
 
 use self::measured::{Cloud, Measured, Shots};
+pub use self::rays::{shots_of_depth_map, shots_of_ranges};
 use self::search::{Contrast, Limits, search};
 pub use self::support::PlaneSupport;
 use self::view::View;
 use super::plane_fit::{PlaneEstimate, PlaneFitOptions, fit_plane_to_points, fit_plane_to_shots};
 use crate::error::{Error, Result};
+use crate::geometry::InverseDepthPoint;
 use crate::geometry::linalg::symmetric_eigen3;
-use crate::geometry::{Camera, InverseDepthPoint};
-use crate::image::depth::{DepthMap, DepthNoise};
 
 /// Measurements that planes are sought in; more are thinned out at random before the search, and all
 /// are used after it.
@@ -126,7 +127,8 @@ pub enum PlaneRegion {
 }
 
 /// Planes in points that a station at the origin measured. `sigma`: their standard deviation in every
-/// direction, metres; `None`: estimated from neighbours. Points that are not finite are passed over.
+/// direction, metres; `None`: estimated from neighbours. Points that are not finite are passed over. Where the
+/// noise is along the rays only, [`shots_of_ranges`] says so, and a slanted wall is known better for it.
 ///
 /// # Errors
 /// `TooFewPoints` without as many usable points as make a plane; `NotFound` where they show none;
@@ -267,29 +269,6 @@ fn seen(
 ) -> View {
     let normals: Vec<Vector3<f64>> = planes.iter().map(|p| p.estimate.n.normalize()).collect();
     View::of(places.filter_map(|(i, place)| Some((place?, labels[i as usize].map(|k| normals[k as usize])))))
-}
-
-/// The shots of a depth map, one a pixel; those of pixels without depth are not finite.
-/// The frame is the camera's, its pose plays no part.
-///
-/// # Errors
-/// `InvalidArgument` for a map of another size than the camera's image.
-pub fn shots_of_depth_map(map: &DepthMap, camera: &Camera, noise: &DepthNoise) -> Result<Vec<InverseDepthPoint>> {
-    noise.check()?;
-    if [map.width(), map.height()] != [camera.width as usize, camera.height as usize] {
-        let reason =
-            format!("{} x {}, the camera's image is {} x {}", map.width(), map.height(), camera.width, camera.height);
-        return Err(Error::invalid("depth", reason));
-    }
-    let nothing =
-        InverseDepthPoint { origin: Vector3::zeros(), direction: Vector3::zeros(), rho: f64::NAN, variance: f64::NAN };
-    let shot = |x: usize, y: usize| {
-        let rho = 1.0 / map.at(x, y)?;
-        let q = camera.undistort_pixel(&Vector2::new(x as f64, y as f64))?;
-        Some(InverseDepthPoint { direction: q.push(1.0), rho, variance: noise.variance(rho), ..nothing })
-    };
-    let pixels = (0..map.height()).flat_map(|y| (0..map.width()).map(move |x| (x, y)));
-    Ok(pixels.map(|(x, y)| shot(x, y).unwrap_or(nothing)).collect())
 }
 
 /// Where a shot is, if it can be used.

@@ -72,7 +72,7 @@ impl Default for StationOptions {
 }
 
 impl StationOptions {
-    fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         if !(self.max_angle > 0.0 && self.max_angle <= 0.3) {
             return Err(Error::invalid("max_angle", format!("{} is not in 0 to 0.3 rad", self.max_angle)));
         }
