@@ -39,9 +39,9 @@ fn nineteen_of_twenty_clicks_are_inside_the_stated_ellipse() {
     for (c, name) in all.iter().zip(names) {
         let share = c.inside as f64 / c.clicks as f64;
         println!("{name}: {share:.4} of {} inside; {} near edges, {} refused", c.clicks, c.edges, c.refused);
-        // 95 %, four standard deviations of counting, and what bends of a cloud's surface cost.
+        // 95 %, four standard deviations of counting, and 2 % for silhouettes that a cloud does not show.
         let scatter = 4.0 * (0.95 * 0.05 / c.clicks as f64).sqrt();
-        let bends = if name.starts_with("cloud") { 0.03 } else { 0.0 };
+        let bends = if name.starts_with("cloud") { 0.02 } else { 0.0 };
         assert!((share - 0.95).abs() < scatter + bends, "{name}: {share}");
     }
 }
