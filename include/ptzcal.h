@@ -7572,6 +7572,25 @@ ptzcal_status ptzcal_scan_get_summary(const ptzcal_scan *scan,
                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
+ * Image size of a fixed camera of a scan: what ptzcal_correspondences_new wants.
+ *
+ * @param scan   The scan.
+ * @param camera The fixed camera's number.
+ * @param width  Receives its width, pixels.
+ * @param height Receives its height, pixels.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a camera that was not watched.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_scan_camera_size(const ptzcal_scan *scan,
+                                      uint32_t camera,
+                                      uint32_t *width,
+                                      uint32_t *height,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
  * How a scan ended: fails with the reason when it ended before its time.
  *
  * @param scan  The scan.
@@ -11684,6 +11703,186 @@ ptzcal_status ptzcal_camera_list_get(const ptzcal_camera_list *list,
  */
 const char *ptzcal_camera_list_name(const ptzcal_camera_list *list,
                                     size_t index) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
+ * Reports
+ *
+ * One HTML file that says what was measured and how good it is: cameras with their measurements,
+ * residuals and uncertainties, scans with what was missed and why, surveys with their stations. It needs
+ * no other file and no network, and prints as it looks. The same input makes the same bytes.
+ * ============================================================================================= */
+
+/** A report that grows. */
+typedef struct ptzcal_report ptzcal_report;
+
+/**
+ * Begins a report.
+ *
+ * @param title  Its title, UTF-8.
+ * @param report Receives the report; free it with ptzcal_report_free.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for text that is no UTF-8.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_report_new(const char *title,
+                                ptzcal_report **report,
+                                ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a report.
+ *
+ * @param report The report; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_report_free(ptzcal_report *report) PTZCAL_NOEXCEPT;
+
+/**
+ * Says which way is up in the world, for the view from above; without it -y, as in a rig's frame.
+ *
+ * @param report The report.
+ * @param up     3 numbers, of any length but zero.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE; PTZCAL_STATUS_INVALID_ARGUMENT for a vector without
+ *         a length; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_report_set_up(ptzcal_report *report,
+                                   const double *up,
+                                   ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a paragraph of the host's own: who measured, when, where, with what.
+ *
+ * @param report The report.
+ * @param note   The paragraph, UTF-8; it is shown as it is.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for text that is no UTF-8; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_report_add_note(ptzcal_report *report,
+                                     const char *note,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a calibrated camera: parameters with standard deviations, warnings in words, and drawings of its
+ * measurements and residuals, of depths, and of how far off a click may be.
+ *
+ * @param report      The report.
+ * @param name        The camera's name, UTF-8.
+ * @param calibration The calibration.
+ * @param set         What it was calibrated from; may be NULL: then the drawings are left out.
+ * @param picture     A picture of the camera's, of its size, drawn beneath the measurements; may be
+ *                    NULL.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for a set of another calibration, a picture of
+ *         another size, and a report beyond 256 MB; PTZCAL_STATUS_BUFFER_TOO_SMALL for the picture;
+ *         PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_report_add_calibration(ptzcal_report *report,
+                                            const char *name,
+                                            const ptzcal_calibration *calibration,
+                                            const ptzcal_correspondences *set,
+                                            const ptzcal_image *picture,
+                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a scan: positions, who saw each spot and why not, depths.
+ *
+ * @param report The report.
+ * @param name   The scan's name, UTF-8.
+ * @param scan   The scan.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_report_add_scan(ptzcal_report *report,
+                                     const char *name,
+                                     const ptzcal_scan *scan,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Adds a survey: rig, stations, planes, and each of its cameras as a section.
+ *
+ * @param report   The report.
+ * @param name     The survey's name, UTF-8.
+ * @param adjusted The survey, solved.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_report_add_adjusted(ptzcal_report *report,
+                                         const char *name,
+                                         const ptzcal_adjusted *adjusted,
+                                         ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Names something that the result was made from by its SHA-256, such as the bytes of a journal or of a
+ * rig's file. What is added above is named without being asked.
+ *
+ * @param report The report.
+ * @param name   Its name, UTF-8.
+ * @param bytes  n bytes; may be NULL when n is 0.
+ * @param n      Number of bytes.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_report_add_input(ptzcal_report *report,
+                                      const char *name,
+                                      const uint8_t *bytes,
+                                      size_t n,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * The report as HTML: UTF-8 without a NUL.
+ *
+ * @param report   The report.
+ * @param buffer   Receives the text; may be NULL when capacity is 0.
+ * @param capacity Bytes of the buffer.
+ * @param needed   Receives the number of bytes; may be NULL.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUFFER_TOO_SMALL: needed says the size; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_report_copy_html(const ptzcal_report *report,
+                                      char *buffer,
+                                      size_t capacity,
+                                      size_t *needed,
+                                      ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Writes the report as an HTML file, whole or not at all.
+ *
+ * @param report The report.
+ * @param path   The file, UTF-8.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_FILE_IO; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_report_save(const ptzcal_report *report,
+                                 const char *path,
+                                 ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
  * Files

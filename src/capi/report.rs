@@ -208,8 +208,8 @@ pub unsafe extern "C" fn ptzcal_report_add_adjusted(
 ///
 /// @param report The report.
 /// @param name   Its name, UTF-8.
-/// @param bytes  The bytes; may be NULL when size is 0.
-/// @param size   Number of bytes.
+/// @param bytes  n bytes; may be NULL when n is 0.
+/// @param n      Number of bytes.
 /// @param error  Receives the error; may be NULL.
 /// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT; PTZCAL_STATUS_BUSY.
 ///
@@ -220,14 +220,14 @@ pub unsafe extern "C" fn ptzcal_report_add_input(
     report: *mut ptzcal_report,
     name: *const c_char,
     bytes: *const u8,
-    size: usize,
+    n: usize,
     error: *mut *mut ptzcal_error,
 ) -> ptzcal_status {
     // SAFETY: the caller keeps the header's rules for pointers.
     let error = unsafe { ErrorOut::new(error) };
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
-        let (report, name, bytes) = unsafe { (borrow(report)?, string(name, "name")?, array(bytes, size, "bytes")?) };
+        let (report, name, bytes) = unsafe { (borrow(report)?, string(name, "name")?, array(bytes, n, "bytes")?) };
         report.0.write(ptzcal_report::NAME)?.add_input(name, bytes)
     })
 }

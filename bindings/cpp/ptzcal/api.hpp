@@ -112,6 +112,7 @@ class plan;
 class pointing;
 class sweep;
 class camera_list;
+class report;
 
 struct shot : ptzcal_shot {
   shot() noexcept { ptzcal_shot_init(this, sizeof(ptzcal_shot)); }
@@ -2159,10 +2160,16 @@ class scan : public detail::handle<ptzcal_scan, ptzcal_scan_free> {
  public:
   using handle::handle;
   scan() noexcept = default;
+  struct camera_size_result;
 
   // What a scan came to.
   // C: ptzcal_scan_get_summary
   outcome<ptzcal::scan_summary> summary() const;
+
+  // Image size of a fixed camera of a scan: what ptzcal_correspondences_new wants.
+  //   camera: The fixed camera's number.
+  // C: ptzcal_scan_camera_size
+  outcome<ptzcal::scan::camera_size_result> camera_size(std::uint32_t camera) const;
 
   // How a scan ended: fails with the reason when it ended before its time.
   // C: ptzcal_scan_end
@@ -3116,6 +3123,70 @@ class camera_list : public detail::handle<ptzcal_camera_list, ptzcal_camera_list
   std::string name(std::size_t index) const;
 };
 
+class report : public detail::handle<ptzcal_report, ptzcal_report_free> {
+ public:
+  using handle::handle;
+  report() noexcept = default;
+#ifndef PTZCAL_NO_EXCEPTIONS
+  explicit report(ptzcal::c_string title) : report(make(title)) {}
+#endif
+
+  // Begins a report.
+  //   title: Its title, UTF-8.
+  // C: ptzcal_report_new
+  static outcome<ptzcal::report> make(ptzcal::c_string title);
+
+  // Says which way is up in the world, for the view from above; without it -y, as in a rig's frame.
+  //   up: 3 numbers, of any length but zero.
+  // C: ptzcal_report_set_up
+  outcome<void> set_up(ptzcal::view<const double> up);
+
+  // Adds a paragraph of the host's own: who measured, when, where, with what.
+  //   note: The paragraph, UTF-8; it is shown as it is.
+  // C: ptzcal_report_add_note
+  outcome<void> add_note(ptzcal::c_string note);
+
+  // Adds a calibrated camera: parameters with standard deviations, warnings in words, and drawings
+  // of its measurements and residuals, of depths, and of how far off a click may be.
+  //   name: The camera's name, UTF-8.
+  //   calibration: The calibration.
+  //   set: What it was calibrated from; may be left out: then the drawings are left out.
+  //   picture: A picture of the camera's, of its size, drawn beneath the measurements; may be left
+  //   out.
+  // C: ptzcal_report_add_calibration
+  outcome<void> add_calibration(ptzcal::c_string name, const ptzcal::calibration &calibration,
+      ptzcal::optional_ref<ptzcal::correspondences> set = {},
+      ptzcal::optional_ref<ptzcal_image> picture = {});
+
+  // Adds a scan: positions, who saw each spot and why not, depths.
+  //   name: The scan's name, UTF-8.
+  //   scan: The scan.
+  // C: ptzcal_report_add_scan
+  outcome<void> add_scan(ptzcal::c_string name, const ptzcal::scan &scan);
+
+  // Adds a survey: rig, stations, planes, and each of its cameras as a section.
+  //   name: The survey's name, UTF-8.
+  //   adjusted: The survey, solved.
+  // C: ptzcal_report_add_adjusted
+  outcome<void> add_adjusted(ptzcal::c_string name, const ptzcal::adjusted &adjusted);
+
+  // Names something that the result was made from by its SHA-256, such as the bytes of a journal or
+  // of a rig's file. What is added above is named without being asked.
+  //   name: Its name, UTF-8.
+  //   bytes: n bytes; may be left out when n is 0.
+  // C: ptzcal_report_add_input
+  outcome<void> add_input(ptzcal::c_string name, ptzcal::view<const std::uint8_t> bytes);
+
+  // The report as HTML: UTF-8 without a NUL.
+  // C: ptzcal_report_copy_html
+  outcome<std::string> html() const;
+
+  // Writes the report as an HTML file, whole or not at all.
+  //   path: The file, UTF-8.
+  // C: ptzcal_report_save
+  outcome<void> save(ptzcal::c_string path) const;
+};
+
 // What functions with several outputs return.
 
 struct depth_map::size_result {
@@ -3266,6 +3337,11 @@ struct rig::aim_at_pixel_result {
 struct rig_model::aim_result {
   double pan;
   double tilt;
+};
+
+struct scan::camera_size_result {
+  std::uint32_t width;
+  std::uint32_t height;
 };
 
 struct cloud::size_result {
@@ -5988,6 +6064,15 @@ inline outcome<ptzcal::scan_summary> scan::summary() const
   return call_.finish(code_, std::move(summary_));
 }
 
+inline outcome<ptzcal::scan::camera_size_result> scan::camera_size(std::uint32_t camera) const
+{
+  detail::call call_;
+  std::uint32_t width_ = 0;
+  std::uint32_t height_ = 0;
+  const auto code_ = ptzcal_scan_camera_size(get(), camera, &width_, &height_, call_.error());
+  return call_.finish(code_, ptzcal::scan::camera_size_result{std::move(width_), std::move(height_)});
+}
+
 inline outcome<void> scan::end() const
 {
   detail::call call_;
@@ -7367,6 +7452,83 @@ inline outcome<ptzcal::camera_list::camera_result> camera_list::camera(std::size
 inline std::string camera_list::name(std::size_t index) const
 {
   return ptzcal_camera_list_name(get(), index);
+}
+
+inline outcome<ptzcal::report> report::make(ptzcal::c_string title)
+{
+  detail::call call_;
+  ptzcal_report *report_ = nullptr;
+  const auto code_ = ptzcal_report_new(title.get(), &report_, call_.error());
+  return call_.finish(code_, ptzcal::report(report_));
+}
+
+inline outcome<void> report::set_up(ptzcal::view<const double> up)
+{
+  detail::call call_;
+  if (!(call_.rows("up", up.size(), 1, 3))) return call_.refuse<void>();
+  const auto code_ = ptzcal_report_set_up(get(), up.data(), call_.error());
+  return call_.finish(code_);
+}
+
+inline outcome<void> report::add_note(ptzcal::c_string note)
+{
+  detail::call call_;
+  const auto code_ = ptzcal_report_add_note(get(), note.get(), call_.error());
+  return call_.finish(code_);
+}
+
+inline outcome<void> report::add_calibration(ptzcal::c_string name, const ptzcal::calibration &calibration,
+    ptzcal::optional_ref<ptzcal::correspondences> set, ptzcal::optional_ref<ptzcal_image> picture)
+{
+  detail::call call_;
+  const auto code_ = ptzcal_report_add_calibration(get(), name.get(), calibration.get(), detail::pointer(set),
+      picture.get(), call_.error());
+  return call_.finish(code_);
+}
+
+inline outcome<void> report::add_scan(ptzcal::c_string name, const ptzcal::scan &scan)
+{
+  detail::call call_;
+  const auto code_ = ptzcal_report_add_scan(get(), name.get(), scan.get(), call_.error());
+  return call_.finish(code_);
+}
+
+inline outcome<void> report::add_adjusted(ptzcal::c_string name, const ptzcal::adjusted &adjusted)
+{
+  detail::call call_;
+  const auto code_ = ptzcal_report_add_adjusted(get(), name.get(), adjusted.get(), call_.error());
+  return call_.finish(code_);
+}
+
+inline outcome<void> report::add_input(ptzcal::c_string name, ptzcal::view<const std::uint8_t> bytes)
+{
+  detail::call call_;
+  const std::size_t n_ = bytes.size() / 1;
+  if (!(call_.rows("bytes", bytes.size(), n_, 1))) return call_.refuse<void>();
+  const auto code_ = ptzcal_report_add_input(get(), name.get(), bytes.data(), n_, call_.error());
+  return call_.finish(code_);
+}
+
+inline outcome<std::string> report::html() const
+{
+  detail::call call_;
+  std::string buffer_;
+  std::size_t needed_ = 0;
+  const auto code_ = detail::fill(0, needed_, [&](std::size_t capacity_) {
+    buffer_.resize(capacity_);
+    return ptzcal_report_copy_html(get(), buffer_.data(), capacity_, &needed_, call_.error());
+  });
+  if (code_ == PTZCAL_STATUS_OK) {
+    buffer_.resize(needed_);
+  }
+  return call_.finish(code_, detail::text(std::move(buffer_)));
+}
+
+inline outcome<void> report::save(ptzcal::c_string path) const
+{
+  detail::call call_;
+  const auto code_ = ptzcal_report_save(get(), path.get(), call_.error());
+  return call_.finish(code_);
 }
 
 inline outcome<void> calibration::save(ptzcal::c_string path) const
