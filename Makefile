@@ -157,3 +157,6 @@ installcheck: need-cc install-build
 	for package in $(DEB)/packages/*.deb; do dpkg-deb --extract $$package $$root; done; \
 	MAX_SIZE=$(MAX_SIZE) packaging/check.sh /usr/lib/$(MULTIARCH) /usr/include $(CURDIR)/examples \
 	  $(abspath $(TARGET))/installcheck/package-user $$root
+	@command -v $(PYTHON) >/dev/null || { echo "SKIPPED the wheel: $(PYTHON) is not installed"; exit 0; }; \
+	rm -rf $(TARGET)/wheels; $(MAKE) --no-print-directory wheel || { echo "SKIPPED the wheel: pip cannot build it"; exit 0; }; \
+	packaging/check_wheel.sh $(abspath $(TARGET))/wheels $(abspath $(TARGET))/installcheck/wheel $(CURDIR)/examples $(PYTHON)

@@ -37,7 +37,10 @@ class BuildWithLibrary(build_py):
         target = Path(self.build_lib) / "ptzcal"
         target.mkdir(parents=True, exist_ok=True)
         for path in built():
-            shutil.copy2(path, target / path.name)
+            copy = target / path.name
+            shutil.copy2(path, copy)
+            if shutil.which("strip"):
+                subprocess.run(["strip", "--strip-unneeded", str(copy)], check=True)
 
 
 class Wheel(bdist_wheel):
