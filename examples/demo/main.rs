@@ -16,10 +16,11 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
-use ptzcal::calibrate::{Calibration, CalibrationOptions, DistortionModel, calibrate_camera};
+use ptzcal::calibrate::{Calibration, CalibrationOptions, Correspondences, DistortionModel, calibrate_camera};
 use ptzcal::control::Log;
 use ptzcal::format::{OpenCvCamera, write_camera, write_opencv_yaml, write_ply};
 use ptzcal::geometry::Camera;
+use ptzcal::report::Report;
 use ptzcal::rig::{FixedCamera, Progress, Rig, RigOptions, RigParts, Scan, ScanOptions, ScanRegion, scan_region};
 use ptzcal::sim::{SimOptions, Simulator};
 
@@ -58,6 +59,7 @@ fn main() -> Outcome<()> {
     let truth = simulator.truth().fixed[0];
     describe(&calibration, &truth, begun.elapsed().as_secs_f64());
     save(&folder, &scan, &calibration)?;
+    report(&folder, &scan, &set, &calibration)?;
     picture::spots(&folder, &simulator, &mut rig, &calibration.camera)?;
     picture::residuals(&folder, &simulator, &set, &calibration)?;
     rig.close()?;
@@ -155,6 +157,16 @@ fn describe(c: &Calibration, truth: &Camera, seconds: f64) {
             sigma(n - 3 + i) * 1e3
         );
     }
+}
+
+/// One page for the person who signs for the camera.
+fn report(folder: &Path, scan: &Scan, set: &Correspondences, c: &Calibration) -> Outcome<()> {
+    let mut report = Report::new("A fixed camera of the simulated room")?;
+    report.add_calibration("fixed camera", c, Some(set), None)?;
+    report.add_scan("scan", scan)?;
+    report.save(&folder.join("report.html"))?;
+    println!("   how good it is, for people: report.html");
+    Ok(())
 }
 
 fn save(folder: &Path, scan: &Scan, c: &Calibration) -> Outcome<()> {
