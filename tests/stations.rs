@@ -7,9 +7,9 @@ mod thesis;
 
 use nalgebra::{DVector, Matrix2, Vector3};
 use ptzcal::Error;
-use ptzcal::adjust::{AdjustOptions, Adjustment, CameraSetup, Shot, Sighting, Station, adjust};
+use ptzcal::adjust::{AdjustOptions, Adjustment, CameraSetup, Prior, Shot, Sighting, Station, adjust};
 use ptzcal::error::Status;
-use ptzcal::geometry::{Camera, Rigid, rigid};
+use ptzcal::geometry::{Camera, RIG_PARAMETERS, RigModel, RigParameter, Rigid, rigid};
 use survey::{solve, squared, station_error};
 use thesis::{BOXES, Noise, ROOM, choose, far, grid, rig};
 
@@ -41,8 +41,13 @@ struct Survey {
 
 /// Shots of all faces that two stations hit often, seen by cameras.
 fn survey(stations: &[Rigid], cameras: &[Camera], sigma: f64, seed: u64) -> Survey {
+    believed(rig(), stations, cameras, sigma, seed)
+}
+
+/// The same with a rig that is believed to be another.
+fn believed(model: RigModel, stations: &[Rigid], cameras: &[Camera], sigma: f64, seed: u64) -> Survey {
     let mut noise = Noise::new(seed);
-    let mut input = Adjustment::new(rig()).unwrap();
+    let mut input = Adjustment::new(model).unwrap();
     for c in cameras {
         input.add_camera(CameraSetup::new(c.width, c.height)).unwrap();
     }
@@ -127,6 +132,31 @@ fn stations_are_tied_by_planes_alone_with_an_honest_covariance() {
     let distances = (planes_sum / f64::from(count)).sqrt();
     println!("sqrt(NEES / 6) of stations {poses:.3}, of {count} planes' distances {distances:.3}");
     assert!((0.9..1.1).contains(&poses) && (0.85..1.15).contains(&distances));
+}
+
+/// Planes and head cameras say nothing of the world's scale: a laser's distance from the lens stays what it
+/// was said to be, wherever that is, and is known no better than before. A hit weighed by metres would
+/// shrink the world, because that flattens the walls.
+#[test]
+fn planes_do_not_pull_the_scale_of_an_uncertain_laser() {
+    let stations = path();
+    let sigma = 2e-3;
+    let x0 = RigParameter::LaserX0 as usize;
+    for (seed, off) in [(0, 0.0), (1, 1.5 * sigma), (2, -1.5 * sigma)] {
+        let mut step = [0.0; RIG_PARAMETERS];
+        step[x0] = off;
+        let model = rig().moved(&step);
+        let mut input = believed(model, &stations, &[], 0.2, seed).input;
+        let mut sigmas = [0.0; RIG_PARAMETERS];
+        sigmas[x0] = sigma;
+        input.set_rig_prior(Prior::of_sigmas(&sigmas)).unwrap();
+        let a = solve(&input);
+        let moved = a.rig.parameters()[x0] - model.parameters()[x0];
+        let stated = a.rig_covariance()[(x0, x0)].sqrt();
+        println!("believed {:+.1} mm off: moved by {:.3} mm, stated {:.3} mm", 1e3 * off, 1e3 * moved, 1e3 * stated);
+        assert!(moved.abs() < 0.1 * sigma && (stated / sigma - 1.0).abs() < 0.05);
+        assert!(a.check.suspects.is_empty(), "{:?}", a.check);
+    }
 }
 
 /// A camera that only the last station lights is calibrated in the first one's frame.
