@@ -7,9 +7,9 @@ mod thesis;
 
 use nalgebra::{DVector, Matrix2, Vector3};
 use ptzcal::Error;
-use ptzcal::adjust::{AdjustOptions, Adjustment, CameraSetup, Shot, Sighting, Station, adjust};
+use ptzcal::adjust::{AdjustOptions, Adjustment, CameraSetup, Prior, Shot, Sighting, Station, adjust};
 use ptzcal::error::Status;
-use ptzcal::geometry::{Camera, Rigid, rigid};
+use ptzcal::geometry::{Camera, RIG_PARAMETERS, RigModel, RigParameter, Rigid, rigid};
 use survey::{solve, squared, station_error};
 use thesis::{BOXES, Noise, ROOM, choose, far, grid, rig};
 
@@ -41,8 +41,13 @@ struct Survey {
 
 /// Shots of all faces that two stations hit often, seen by cameras.
 fn survey(stations: &[Rigid], cameras: &[Camera], sigma: f64, seed: u64) -> Survey {
+    believed(rig(), stations, cameras, sigma, seed)
+}
+
+/// The same with a rig that is believed to be another.
+fn believed(model: RigModel, stations: &[Rigid], cameras: &[Camera], sigma: f64, seed: u64) -> Survey {
     let mut noise = Noise::new(seed);
-    let mut input = Adjustment::new(rig()).unwrap();
+    let mut input = Adjustment::new(model).unwrap();
     for c in cameras {
         input.add_camera(CameraSetup::new(c.width, c.height)).unwrap();
     }
@@ -127,6 +132,41 @@ fn stations_are_tied_by_planes_alone_with_an_honest_covariance() {
     let distances = (planes_sum / f64::from(count)).sqrt();
     println!("sqrt(NEES / 6) of stations {poses:.3}, of {count} planes' distances {distances:.3}");
     assert!((0.9..1.1).contains(&poses) && (0.85..1.15).contains(&distances));
+}
+
+/// A laser whose distance from the lens is not exactly known is found where it is. A hit weighed by metres
+/// would shrink the world, because that flattens the walls: by several standard deviations here.
+#[test]
+fn planes_do_not_pull_the_scale_of_an_uncertain_laser() {
+    let stations = path();
+    let prior = 2e-3;
+    let x0 = RigParameter::LaserX0 as usize;
+    let offsets = [0.0, 1.0, -1.0, 0.5, -0.5, 0.0];
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for (seed, off) in offsets.iter().enumerate() {
+        let mut step = [0.0; RIG_PARAMETERS];
+        step[x0] = off * prior;
+        let mut input = believed(rig().moved(&step), &stations, &[], 0.2, seed as u64).input;
+        let mut sigmas = [0.0; RIG_PARAMETERS];
+        sigmas[x0] = prior;
+        input.set_rig_prior(Prior::of_sigmas(&sigmas)).unwrap();
+        let a = solve(&input);
+        let error = a.rig.parameters()[x0] - rig().parameters()[x0];
+        let stated = a.rig_covariance()[(x0, x0)].sqrt();
+        println!(
+            "believed {:+.1} mm off: found {:+.3} mm off, stated {:.3} mm",
+            1e3 * off * prior,
+            1e3 * error,
+            1e3 * stated
+        );
+        sum += error / stated;
+        squares += (error / stated).powi(2);
+        assert!(stated < prior && a.check.suspects.is_empty(), "{:?}", a.check);
+    }
+    let n = offsets.len() as f64;
+    println!("mean {:.2}, rms {:.2} standard deviations", sum / n, (squares / n).sqrt());
+    // Three standard deviations of a mean; chi-square of six beyond 22.5 has a chance of 0.1 %.
+    assert!(sum.abs() < 3.0 * n.sqrt() && squares < 22.5);
 }
 
 /// A camera that only the last station lights is calibrated in the first one's frame.

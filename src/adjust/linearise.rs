@@ -16,6 +16,8 @@ use crate::geometry::{Camera, Plane, RIG_PARAMETERS};
 
 /// Rig and station: what a shot's ray depends on.
 const COMMON: usize = RIG_PARAMETERS + 6;
+/// Inverse depth of what is taken for infinitely far, 1/m: a hit there says nothing more.
+const LEAST_RHO: f64 = 1e-6;
 /// A row of a camera's equations: ray, camera, right-hand side.
 pub(super) const ROW: usize = COMMON + ALL + 1;
 
@@ -114,8 +116,11 @@ impl<'a> Problem<'a> {
             let mut witnesses: Vec<Witness> = shot.sightings.iter().map(|s| Witness::Camera(s.camera)).collect();
             if let Some(plane) = input.plane_of(index) {
                 let by = Witness::Plane(plane);
+                let rho = start.locals[index][0];
+                let hit = PlaneHit::of(&start.planes[plane], &point(input, layout, start, index), rho);
+                let unit = input.planes()[plane] * hit.met_at(rho).abs().max(LEAST_RHO);
                 // The row that does not exist weighs nothing.
-                let whitening = Matrix2::new(1.0 / input.planes()[plane], 0.0, 0.0, 0.0);
+                let whitening = Matrix2::new(1.0 / unit, 0.0, 0.0, 0.0);
                 views.push(View { by: Some(by), pixel: Vector2::zeros(), whitening });
                 witnesses.push(by);
             }
@@ -361,11 +366,11 @@ impl<'a> Problem<'a> {
         own: &mut Own,
         place: usize,
     ) -> Option<(f64, f64)> {
-        let hit = PlaneHit::of(plane, point, rho)?;
+        let hit = PlaneHit::of(plane, point, rho);
         let (residual, squared, weight, w) = self.weigh(view, &Vector2::new(hit.distance, 0.0));
         let row = &mut rows[0];
         for (k, by) in point.by_common.iter().enumerate().take(point.common) {
-            row[k] = w.m11 * plane.normal.dot(by) / rho;
+            row[k] = w.m11 * plane.normal.dot(by);
         }
         for (k, by) in hit.by_plane.iter().enumerate() {
             row[point.common + k] = w.m11 * by;

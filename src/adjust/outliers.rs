@@ -88,7 +88,7 @@ fn predict(problem: &Problem<'_>, state: &State, shot: usize, v: usize) -> Optio
             Prediction { residual: w * (view.pixel - p.pixel), by_local }
         }
         Some(Witness::Plane(plane)) => {
-            let hit = PlaneHit::of(&state.planes[plane], &problem.point(state, shot), rho)?;
+            let hit = PlaneHit::of(&state.planes[plane], &problem.point(state, shot), rho);
             let residual = Vector2::new(-w.m11 * hit.distance, 0.0);
             Prediction { residual, by_local: hit.by_local.map(|by| Vector2::new(w.m11 * by, 0.0)) }
         }
