@@ -685,7 +685,7 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_report_add_scan": (_status, _handle, c_char_p, _handle, _error_out),
     "ptzcal_report_add_adjusted": (_status, _handle, c_char_p, _handle, _error_out),
     "ptzcal_report_add_input": (_status, _handle, c_char_p, _array, c_size_t, _error_out),
-    "ptzcal_report_copy_html": (_status, _handle, _array, c_size_t, _size_out, _error_out),
+    "ptzcal_report_copy_html": (_status, _handle, c_char_p, c_size_t, _size_out, _error_out),
     "ptzcal_report_save": (_status, _handle, c_char_p, _error_out),
     # Clouds and meshes.
     "ptzcal_cloud_new": (_status, _handle_out, _error_out),

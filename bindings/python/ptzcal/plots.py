@@ -98,7 +98,8 @@ def from_above(
         if length is None:
             length = float(np.median(np.linalg.norm(cloud - centre, axis=1))) if len(cloud) else 1.0
         width, height = camera.size
-        edges = camera.back_project([[-0.5, height / 2], [width - 0.5, height / 2]])
+        middle = (height - 1) / 2
+        edges = camera.back_project([[-0.5, middle], [width - 0.5, middle]])
         outline = np.array([centre + length * edges[0], centre, centre + length * edges[1]])
         ax.plot(outline[:, 0], outline[:, 2], "-", color=f"C{k}", label=name)
         ax.plot(centre[0], centre[2], "o", color=f"C{k}")
