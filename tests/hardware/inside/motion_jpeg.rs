@@ -64,7 +64,16 @@ fn whole_frames_arrive_and_damaged_ones_do_not() {
     let surroundings = Surroundings { log, ..Surroundings::default() };
     let open =
         |options: &str| open_frames(&Address::parse(&format!("v4l2://{DEVICE}{options}")).unwrap(), &surroundings);
-    let mut camera = open("?format=MJPEG&size=320x240").unwrap();
+    // The other end sets the format when it first writes, which a busy machine delays.
+    let mut opened = open("?format=MJPEG&size=320x240");
+    for _ in 0..50 {
+        if opened.is_ok() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(200));
+        opened = open("?format=MJPEG&size=320x240");
+    }
+    let mut camera = opened.unwrap();
     let (mut whole, mut bare) = (0, 0);
     let mut last = f64::NEG_INFINITY;
     for _ in 0..20 {
