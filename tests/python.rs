@@ -40,9 +40,13 @@ fn python() -> Option<&'static Path> {
 
 /// Runs Python with the package and this build's library; its output.
 fn run(arguments: &[&str]) -> Option<String> {
-    let mut command = Command::new(python()?);
+    Some(run_by(python()?, &[&["-W", "error"], arguments].concat()))
+}
+
+/// The same by a Python of one's own, whose packages may warn.
+fn run_by(python: &Path, arguments: &[&str]) -> String {
+    let mut command = Command::new(python);
     command
-        .args(["-W", "error"])
         .args(arguments)
         .current_dir(root())
         .env("PTZCAL_LIBRARY", library().shared())
@@ -50,7 +54,7 @@ fn run(arguments: &[&str]) -> Option<String> {
         .env("PYTHONDONTWRITEBYTECODE", "1");
     let (success, text) = output(&mut command, Duration::from_secs(300));
     assert!(success, "python {}:\n{text}", arguments.join(" "));
-    Some(text)
+    text
 }
 
 #[test]
@@ -90,30 +94,16 @@ fn example_detects_a_spot() {
 #[test]
 fn plots() {
     let Some(python) = environment("plots-venv", &["numpy", "matplotlib"], "numpy, matplotlib") else { return };
-    let mut command = Command::new(python);
-    command
-        .args(["-m", "unittest", "discover", "-s", "bindings/python/tests", "-p", "test_plots.py"])
-        .current_dir(root())
-        .env("PTZCAL_LIBRARY", library().shared())
-        .env("PYTHONPATH", root().join("bindings/python"))
-        .env("PYTHONDONTWRITEBYTECODE", "1");
-    let (success, text) = output(&mut command, Duration::from_secs(120));
-    assert!(success && text.contains("\nOK\n"), "{text}");
+    let text = run_by(&python, &["-m", "unittest", "discover", "-s", "bindings/python/tests", "-p", "test_plots.py"]);
+    assert!(text.contains("\nOK\n"), "{text}");
 }
 
 #[test]
 fn example_calibrates_a_fleet() {
     let packages = ["numpy", "dask", "distributed"];
     let Some(python) = environment("fleet-venv", &packages, "numpy, dask.distributed") else { return };
-    let mut command = Command::new(python);
-    command
-        .args(["examples/python/calibrate_fleet.py", "--cameras", "20", "--workers", "2"])
-        .current_dir(root())
-        .env("PTZCAL_LIBRARY", library().shared())
-        .env("PYTHONPATH", root().join("bindings/python"))
-        .env("PYTHONDONTWRITEBYTECODE", "1");
-    let (success, text) = output(&mut command, Duration::from_secs(120));
-    assert!(success && text.contains("18 of 20 cameras in "), "{text}");
+    let text = run_by(&python, &["examples/python/calibrate_fleet.py", "--cameras", "20", "--workers", "2"]);
+    assert!(text.contains("18 of 20 cameras in "), "{text}");
     // Those that see one wall only are refused, by name; the others do not suffer.
     assert!(["camera 9: ", "camera 19: "].iter().all(|name| text.contains(&format!("{name}degenerate"))), "{text}");
 }

@@ -4,6 +4,7 @@
 wheel needs neither a compiler nor anything else but NumPy.
 """
 
+import functools
 import re
 import shutil
 import subprocess
@@ -18,6 +19,7 @@ PROJECT = HERE.parent.parent
 FILES = "libptzcal.so", "ptzcal-laser-guard"
 
 
+@functools.cache
 def built():
     """The library and the guard, built where they are not there."""
     shipped = [HERE / "ptzcal" / name for name in FILES]

@@ -2,11 +2,16 @@
 
 /// Three digits.
 pub(super) fn short(v: f64) -> String {
+    significant(v, 3)
+}
+
+/// So many digits, without needless zeros, "-" for what is no number.
+pub fn significant(v: f64, digits: i32) -> String {
     if !v.is_finite() {
         return "-".into();
     }
-    let digits = if v == 0.0 { 0 } else { (2 - v.abs().log10().floor() as i32).clamp(0, 9) };
-    let text = format!("{v:.*}", digits as usize);
+    let decimals = if v == 0.0 { 0 } else { (digits - 1 - v.abs().log10().floor() as i32).clamp(0, 9) };
+    let text = format!("{v:.*}", decimals as usize);
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 

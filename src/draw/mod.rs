@@ -6,5 +6,6 @@ pub mod chart;
 mod marks;
 pub mod svg;
 
+pub use axis::significant;
 pub use canvas::{Canvas, Colour};
 pub use marks::{EXAGGERATION, board, matches, residuals};

@@ -1,5 +1,6 @@
 //! HTML: the page's frame and style, tables, figures, and numbers with what they are sure of.
 
+use crate::draw::significant;
 pub use crate::draw::svg::escape;
 
 /// For paper, screens and telephones: figures flow into as many columns as there is room for.
@@ -96,17 +97,12 @@ pub fn measured(value: f64, sigma: f64) -> [String; 2] {
     [format!("{value:.digits$}"), format!("{sigma:.digits$}")]
 }
 
-/// Six digits, without needless zeros.
+/// Six digits, with an exponent where that is shorter.
 pub fn number(value: f64) -> String {
-    if !value.is_finite() {
-        return "-".into();
-    }
-    if value != 0.0 && !(1e-4..1e7).contains(&value.abs()) {
+    if value.is_finite() && value != 0.0 && !(1e-4..1e7).contains(&value.abs()) {
         return format!("{value:.5e}");
     }
-    let whole = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
-    let text = format!("{value:.*}", (5 - whole).clamp(0, 9) as usize);
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    significant(value, 6)
 }
 
 /// "1 shot", "3 shots".

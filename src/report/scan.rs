@@ -40,34 +40,42 @@ pub fn section(name: &str, scan: &Scan) -> String {
             String::new()
         }
     );
-    let eyes = eyes(scan);
-    let row = |(eye, seen): &Eye| {
-        let missed = |miss: Miss| shots.iter().filter(|s| seen(s) == Err(miss)).count().to_string();
-        let found = shots.iter().filter(|s| seen(s).is_ok()).count();
-        let cells = [eye.clone(), found.to_string()];
+    let row = |eye: Eye| {
+        let missed = |miss: Miss| shots.iter().filter(|s| eye.seen(s) == Err(miss)).count().to_string();
+        let found = shots.iter().filter(|s| eye.seen(s).is_ok()).count();
+        let cells = [eye.name(), found.to_string()];
         cells.into_iter().chain(MISSES.iter().map(|(miss, _)| missed(*miss))).collect::<Vec<String>>()
     };
-    let rows: Vec<Vec<String>> = eyes.iter().map(row).collect();
+    let rows: Vec<Vec<String>> = eyes(scan).map(row).collect();
     let head: Vec<&str> = ["camera", "spots"].into_iter().chain(MISSES.iter().map(|(_, words)| *words)).collect();
     html += &table(&head, &rows, 1);
     html += "<div class=\"figures\">\n";
-    for (eye, seen) in &eyes {
-        html += &map(eye, shots, seen);
+    for eye in eyes(scan) {
+        html += &map(eye, shots);
     }
     html += &depths(scan);
     html + "</div></section>\n"
 }
 
-type Eye = (String, Box<dyn Fn(&Shot) -> Sighting>);
+/// The head camera, or a fixed one by its number.
+#[derive(Clone, Copy)]
+struct Eye(Option<usize>);
 
-/// The head camera and every fixed one.
-fn eyes(scan: &Scan) -> Vec<Eye> {
-    let mut eyes: Vec<Eye> = vec![("head".into(), Box::new(|shot: &Shot| shot.head))];
-    for camera in 0..scan.fixed_sizes.len() {
-        let seen = move |shot: &Shot| shot.fixed.get(camera).copied().unwrap_or(Err(Miss::NotFound));
-        eyes.push((format!("fixed {camera}"), Box::new(seen)));
+impl Eye {
+    fn name(self) -> String {
+        self.0.map_or_else(|| "head".into(), |camera| format!("fixed {camera}"))
     }
-    eyes
+
+    fn seen(self, shot: &Shot) -> Sighting {
+        match self.0 {
+            None => shot.head,
+            Some(camera) => shot.fixed.get(camera).copied().unwrap_or(Err(Miss::NotFound)),
+        }
+    }
+}
+
+fn eyes(scan: &Scan) -> impl Iterator<Item = Eye> {
+    std::iter::once(Eye(None)).chain((0..scan.fixed_sizes.len()).map(|camera| Eye(Some(camera))))
 }
 
 fn warnings(scan: &Scan) -> Vec<String> {
@@ -82,13 +90,14 @@ fn warnings(scan: &Scan) -> Vec<String> {
         warnings.push(format!("the journal was damaged and mended: {repair:?}"));
     }
     let shots = scan.shots.len().max(1) as f64;
-    for (name, seen) in eyes(scan) {
+    for eye in eyes(scan) {
         let share =
-            |wanted: fn(&Sighting) -> bool| scan.shots.iter().filter(|s| wanted(&seen(s))).count() as f64 / shots;
+            |wanted: fn(&Sighting) -> bool| scan.shots.iter().filter(|s| wanted(&eye.seen(s))).count() as f64 / shots;
         let ambiguous = share(|s| *s == Err(Miss::Ambiguous));
         if ambiguous > AMBIGUOUS {
             warnings.push(format!(
-                "camera {name}: {:.0} % of the shots had several candidates; look for lights that flicker and for mirrors",
+                "camera {}: {:.0} % of the shots had several candidates; look for lights that flicker and for mirrors",
+                eye.name(),
                 100.0 * ambiguous
             ));
         }
@@ -104,9 +113,9 @@ fn warnings(scan: &Scan) -> Vec<String> {
 }
 
 /// Directions by what became of them.
-fn map(name: &str, shots: &[Shot], seen: &dyn Fn(&Shot) -> Sighting) -> String {
+fn map(eye: Eye, shots: &[Shot]) -> String {
     let at = |wanted: &dyn Fn(&Sighting) -> bool| -> Vec<[f64; 2]> {
-        let chosen = shots.iter().filter(|s| wanted(&seen(s)));
+        let chosen = shots.iter().filter(|s| wanted(&eye.seen(s)));
         chosen.map(|s| [s.pan.to_degrees(), s.tilt.to_degrees()]).collect()
     };
     let found = at(&|s| s.is_ok());
@@ -120,7 +129,7 @@ fn map(name: &str, shots: &[Shot], seen: &dyn Fn(&Shot) -> Sighting) -> String {
         }
     }
     let chart = Chart {
-        title: format!("Directions: {name}"),
+        title: format!("Directions: {}", eye.name()),
         x: Axis::linear("pan, right (degrees)"),
         y: Axis::linear("tilt, up (degrees)"),
         series,
