@@ -8,6 +8,7 @@ pub mod frames;
 pub mod photometry;
 pub mod pixel_format;
 pub mod pyramid;
+pub mod vectors;
 pub mod view;
 
 pub use depth::{DepthMap, DepthNoise, InverseDepth};

@@ -1,0 +1,133 @@
+//! A sample of the frames' pixels: short runs of neighbours spread over the area.
+
+use std::ops::Range;
+
+use super::kernels;
+use super::noise::Tally;
+use crate::image::area::SearchArea;
+use crate::image::frames::{Channel, FrameMean};
+
+/// Neighbouring pixels taken together: their mean is quiet enough to regress on.
+pub const RUN: usize = 16;
+/// Most pixels of the sample: its noise is then known to 2 %.
+const MAX_SAMPLE: usize = 8192;
+/// Below this all pixels are taken.
+const MIN_SAMPLE: usize = 1024;
+/// A pixel that is none, of a run shorter than the others: as good as clipped.
+pub const NO_PIXEL: f32 = 255.0;
+
+/// A run's pixels.
+pub type Pixels = [f32; RUN];
+
+/// Memory that serves one estimate after the other.
+#[derive(Debug, Default)]
+pub struct Sample {
+    pub on: Vec<Pixels>,
+    pub off: Vec<Pixels>,
+    pub runs: Vec<Run>,
+    /// Number of pixels.
+    pub size: usize,
+    /// Mean off and on levels of the runs without a clipped pixel.
+    pub x: Vec<f32>,
+    pub y: Vec<f32>,
+    pub scratch: Scratch,
+    spans: Vec<Range<usize>>,
+}
+
+#[derive(Debug, Default)]
+pub struct Scratch {
+    pub values: Vec<f32>,
+    pub keys: Vec<i32>,
+    pub pairs: Vec<[f32; 2]>,
+    pub tally: Tally,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Run {
+    pub length: usize,
+    pub on: f32,
+    pub off: f32,
+    pub clipped: bool,
+    /// Variance of on - off within the run.
+    pub variance: f32,
+}
+
+impl Sample {
+    pub fn take(&mut self, on: &FrameMean<'_>, off: &FrameMean<'_>, channel: Channel, area: &SearchArea) {
+        let pixels = area.pixels();
+        let wanted = (pixels / 4).clamp(MIN_SAMPLE, MAX_SAMPLE);
+        // Every row_step-th row, and there every run_step-th run, a run farther on each time: all columns
+        // have their turn.
+        let skip = pixels.div_ceil(wanted);
+        let row_step = skip.isqrt().max(1);
+        let run_step = skip.div_ceil(row_step);
+        self.on.clear();
+        self.off.clear();
+        self.runs.clear();
+        let mut spans = std::mem::take(&mut self.spans);
+        for (row, y) in area.rows().skip(row_step / 2).step_by(row_step).enumerate() {
+            area.spans(y, &mut spans);
+            let runs = spans.iter().flat_map(|s| s.clone().step_by(RUN).map(|x| (x, RUN.min(s.end - x))));
+            for (x, length) in runs.skip(row % run_step).step_by(run_step) {
+                let [mut a, mut b] = [[0.0; RUN]; 2];
+                on.read(channel, x, y, &mut a[..length]);
+                off.read(channel, x, y, &mut b[..length]);
+                self.on.push(a);
+                self.off.push(b);
+                self.runs.push(Run { length, ..Run::default() });
+            }
+        }
+        self.spans = spans;
+        self.size = self.runs.iter().map(|r| r.length).sum();
+        kernels::summarise(&self.on, &self.off, &mut self.runs);
+        for ((on, off), run) in self.on.iter_mut().zip(&mut self.off).zip(&self.runs) {
+            on[run.length..].fill(NO_PIXEL);
+            off[run.length..].fill(NO_PIXEL);
+        }
+        self.x.clear();
+        self.y.clear();
+        for run in self.runs.iter().filter(|r| !r.clipped) {
+            self.x.push(run.off);
+            self.y.push(run.on);
+        }
+    }
+}
+
+/// The middle one, of an even number the upper; `None` of none.
+pub fn median(values: &[f32], keys: &mut Vec<i32>) -> Option<f32> {
+    // The order of the bits of a number is its own, that of negative ones the reverse.
+    let key = |v: f32| {
+        let bits = v.to_bits() as i32;
+        bits ^ ((bits >> 31) & i32::MAX)
+    };
+    keys.clear();
+    keys.extend(values.iter().map(|v| key(*v)));
+    let middle = kernels::order_statistic(keys, keys.len() / 2)?;
+    Some(f32::from_bits((middle ^ ((middle >> 31) & i32::MAX)) as u32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_chacha::ChaCha8Rng;
+    use rand_core::{Rng, SeedableRng};
+
+    #[test]
+    fn the_median_is_that_of_sorting() {
+        let mut rng = ChaCha8Rng::seed_from_u64(8);
+        assert_eq!(median(&[], &mut Vec::new()), None);
+        for n in 1..200 {
+            // Of few different values, of many, and with both signs.
+            let mut values: Vec<f32> = (0..n)
+                .map(|i| match n % 3 {
+                    0 => (rng.next_u32() % 5) as f32 - 2.0,
+                    1 => (rng.next_u32() as i32) as f32 * 1e-9,
+                    _ => (i as f32).sin() * 1e-3,
+                })
+                .collect();
+            let found = median(&values, &mut Vec::new());
+            values.sort_by(f32::total_cmp);
+            assert_eq!(found.map(f32::to_bits), Some(values[n / 2].to_bits()), "{n}");
+        }
+    }
+}
