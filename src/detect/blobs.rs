@@ -60,9 +60,10 @@ pub struct Blobs {
 
 impl Blobs {
     pub fn find(&mut self, changes: &Changes) {
-        let (labels, _) = self.components.label(&changes.runs);
+        let (labels, count) = self.components.label(&changes.runs);
         let blobs = &mut self.all;
         blobs.clear();
+        blobs.reserve(2 * count);
         for ((run, signal), label) in changes.runs.iter().zip(&changes.signals).zip(labels) {
             let (low, high) = ([run.start, run.row], [run.end - 1, run.row]);
             // Labels are numbered in order of their first run.
@@ -266,6 +267,8 @@ impl Cutter {
         let (columns, rows) = (inside(0, area.columns()), inside(1, area.rows()));
         let step = ((columns.len() * rows.len()) as f64 / MAX_PATCH as f64).sqrt().ceil().max(1.0) as usize;
         self.patch.begin(columns.start, rows.start, step, signal.signal_variance());
+        self.row.clear();
+        self.row.reserve(2 * columns.len());
         self.row.resize(columns.len(), Pixel::default());
         for y in rows.step_by(step) {
             signal.read(columns.start, y, &mut self.row);

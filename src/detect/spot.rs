@@ -253,6 +253,9 @@ impl Verdict {
         spots.clear();
         others.clear();
         order.clear();
+        others.reserve(2 * blobs.len());
+        order.reserve(2 * blobs.len());
+        spots.reserve(MAX_EXAMINED);
         order.extend(0..blobs.len());
         let brightness = |i: usize| blobs[i].sum.iter().fold(0.0f32, |m, s| m.max(*s));
         order.sort_unstable_by(|&i, &j| brightness(j).total_cmp(&brightness(i)).then(i.cmp(&j)));

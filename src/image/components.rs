@@ -21,9 +21,12 @@ impl Components {
     /// run, and their number. Runs ascend by row, then by column, and are disjoint.
     pub fn label(&mut self, runs: &[Run]) -> (&[u32], usize) {
         self.parent.clear();
+        self.labels.clear();
+        // One labelling after the other is seldom of the same size.
+        self.parent.reserve(2 * runs.len());
+        self.labels.reserve(2 * runs.len());
         self.parent.extend(0..runs.len() as u32);
         connect(runs, &mut self.parent);
-        self.labels.clear();
         let mut count = 0;
         for i in 0..runs.len() as u32 {
             let root = find(&mut self.parent, i);

@@ -4,6 +4,7 @@ pub mod area;
 pub mod components;
 pub mod depth;
 pub mod difference;
+pub mod exponential;
 pub mod frames;
 pub mod photometry;
 pub mod pixel_format;

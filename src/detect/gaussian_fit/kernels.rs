@@ -2,9 +2,13 @@
 #![allow(unsafe_code)]
 
 use super::{FOOT_ERROR, HUBER, LANES, MODEL_ERROR, Model, Patch};
+use crate::image::exponential::exponential;
 use crate::image::vectors::for_each_processor;
 
 type Lanes = [f64; LANES];
+
+/// Residuals are all less.
+const NO_LIMIT: f64 = 1e300;
 
 /// Sums over the pixels, w their weights, h the model's heights and r the residuals.
 pub struct Moments {
@@ -58,7 +62,7 @@ for_each_processor! {
                 for l in 0..LANES {
                     let h = model.amplitude * e[l];
                     let r = patch.signal[i][l] as f64 - h - background;
-                    let w = if patch.clipped[i][l] & (r <= 0.0) { 0.0 } else { patch.weights[i][l] };
+                    let w = if r <= patch.least[i][l] { 0.0 } else { patch.weights[i][l] };
                     let (wh, wr) = (w * h, w * r);
                     let (whh, whr) = (wh * h, wh * r);
                     weight_sum[l] += w;
@@ -102,25 +106,31 @@ for_each_processor! {
     pub fn weigh(patch: &mut Patch, model: &Model, robust: bool) -> bool {
         let background = model.parameters[6];
         let foot_error = if patch.has_clipped { FOOT_ERROR } else { 0.0 };
-        let mut changed = [false; LANES];
+        let bound = if robust { 0.0 } else { NO_LIMIT };
+        let mut outlier = [0.0; LANES];
         for block in 0..patch.blocks {
             let columns = Columns::new(patch, model, block);
             for row in 0..patch.rows {
                 let i = row * patch.blocks + block;
                 let e = columns.exponentials(patch.dy(model, row));
+                // Written at once: the compiler cannot know that the weights are none of these.
+                let (signal, variance, least) = (patch.signal[i], patch.variance[i], patch.least[i]);
+                let mut weights = [0.0; LANES];
                 for l in 0..LANES {
                     let h = model.amplitude * e[l];
-                    let v = patch.noise(i, l, h, foot_error);
-                    let r = patch.residual(i, l, h + background).abs();
-                    let limit = HUBER * v.sqrt() + MODEL_ERROR * h;
-                    let outlier = robust & (r > limit);
-                    patch.weights[i][l] = if outlier { limit / (r * v) } else { 1.0 / v };
-                    changed[l] |= outlier;
+                    let v = noise(variance[l], patch.signal_variance, h, foot_error);
+                    let r = residual(signal[l], h + background, least[l]).abs();
+                    let limit = HUBER * v.sqrt() + MODEL_ERROR * h + bound;
+                    // Of a pixel that does not count it would be infinite.
+                    let limit = if limit < NO_LIMIT { limit } else { NO_LIMIT };
+                    let share = limit / if r > limit { r } else { limit };
+                    weights[l] = share / v;
+                    outlier[l] += 1.0 - share;
                 }
+                patch.weights[i] = weights;
             }
         }
-        let changed = changed.iter().fold(false, |any, c| any | c);
-        changed || robust && (patch.has_clipped || patch.signal_variance > 0.0)
+        sum(outlier) > 0.0 || robust && (patch.has_clipped || patch.signal_variance > 0.0)
     }
 
     pub fn quality(patch: &Patch, model: &Model) -> Quality {
@@ -144,11 +154,11 @@ for_each_processor! {
                 for l in 0..LANES {
                     let dx = columns.dx[l];
                     let h = model.amplitude * e[l];
-                    let v = patch.noise(i, l, h, foot_error);
+                    let v = noise(patch.variance[i][l], patch.signal_variance, h, foot_error);
                     let known = v < f64::INFINITY;
                     let s = patch.signal[i][l] as f64 - background;
-                    let r = patch.residual(i, l, h + background);
-                    let clipped = patch.clipped[i][l];
+                    let r = residual(patch.signal[i][l], h + background, patch.least[i][l]);
+                    let clipped = patch.least[i][l] == 0.0;
                     let template = if clipped & (s < h) { s } else { h };
                     let objects = known & !(clipped & (r == 0.0));
                     let near = objects & (h >= foot);
@@ -241,20 +251,20 @@ impl Patch {
     fn dy(&self, model: &Model, row: usize) -> f64 {
         (self.top + row * self.step) as f64 - model.parameters[1]
     }
+}
 
-    /// Variance of a pixel under the model.
-    #[inline(always)]
-    fn noise(&self, i: usize, l: usize, height: f64, foot_error: f64) -> f64 {
-        let foot = foot_error * height;
-        self.variance[i][l] as f64 + self.signal_variance as f64 * height + foot * foot
-    }
+/// Variance of a pixel under the model.
+#[inline(always)]
+fn noise(variance: f32, signal_variance: f32, height: f64, foot_error: f64) -> f64 {
+    let foot = foot_error * height;
+    variance as f64 + signal_variance as f64 * height + foot * foot
+}
 
-    /// Signal minus model; a clipped pixel only objects to a model below it.
-    #[inline(always)]
-    fn residual(&self, i: usize, l: usize, model: f64) -> f64 {
-        let residual = self.signal[i][l] as f64 - model;
-        if self.clipped[i][l] & (residual < 0.0) { 0.0 } else { residual }
-    }
+/// Signal minus model; a clipped pixel only objects to a model below it.
+#[inline(always)]
+fn residual(signal: f32, model: f64, least: f64) -> f64 {
+    let residual = signal as f64 - model;
+    if residual > least { residual } else { least }
 }
 
 #[inline(always)]
@@ -268,50 +278,4 @@ fn accumulate(sums: &mut Lanes, a: &Lanes, b: &Lanes) {
 #[inline(always)]
 fn sum([a, b, c, d, e, f, g, h]: Lanes) -> f64 {
     ((a + e) + (c + g)) + ((b + f) + (d + h))
-}
-
-/// e^x of x <= 0 to 1e-14, and of those below -700 that of -700: 2^n times the Taylor series of the rest,
-/// which is at most ln 2 / 2.
-#[inline(always)]
-fn exponential(x: f64) -> f64 {
-    /// 1 / 11!, 1 / 10!, ..., 1 / 0!.
-    const COEFFICIENTS: [f64; 12] = {
-        let mut c = [1.0; 12];
-        let mut k = 1;
-        while k < 12 {
-            c[11 - k] = c[12 - k] / k as f64;
-            k += 1;
-        }
-        c
-    };
-    /// Leaves whole numbers in the last bits of a sum.
-    const ROUNDING: f64 = 1.5 * (1u64 << 52) as f64;
-    /// ln 2 in two parts, the first with zeros at its end so that n times it is exact.
-    const LN_2: [f64; 2] = [f64::from_bits(0x3fe6_2e42_fee0_0000), f64::from_bits(0x3dea_39ef_3579_3c76)];
-    let x = if x > -700.0 { x } else { -700.0 };
-    let rounded = x * std::f64::consts::LOG2_E + ROUNDING;
-    let n = rounded - ROUNDING;
-    let power = f64::from_bits(rounded.to_bits().wrapping_add(1023) << 52);
-    let r = (x - n * LN_2[0]) - n * LN_2[1];
-    let mut series = COEFFICIENTS[0];
-    for c in &COEFFICIENTS[1..] {
-        series = series * r + c;
-    }
-    power * series
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_exponential_is_good_to_1e_14() {
-        for i in 0..200_000 {
-            let x = -f64::from(i) * 3.5e-3;
-            let wanted = x.max(-700.0).exp();
-            assert!((exponential(x) - wanted).abs() <= 1e-14 * wanted, "{x}: {} {wanted}", exponential(x));
-        }
-        assert_eq!(exponential(0.0), 1.0);
-        assert_eq!(exponential(f64::NEG_INFINITY), exponential(-700.0));
-    }
 }

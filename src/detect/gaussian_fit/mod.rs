@@ -7,6 +7,8 @@ use nalgebra::{SMatrix, SVector};
 
 /// Columns that are worked on together.
 const LANES: usize = 8;
+/// Room is made for as many of them at once: a thousand pixels.
+const USUAL_BLOCKS: usize = 128;
 
 /// Centre x, y; logarithm of the amplitude; inverse covariance of the shape xx, xy, yy; background.
 const PARAMETERS: usize = 7;
@@ -45,8 +47,8 @@ pub struct Patch {
     signal: Vec<[f32; LANES]>,
     /// Its noise variance without the spot; infinite for pixels that do not count.
     variance: Vec<[f32; LANES]>,
-    /// Clipped: the signal is at least this.
-    clipped: Vec<[bool; LANES]>,
+    /// Least residual: 0 of clipped pixels, whose signal is at least this, and none of others.
+    least: Vec<[f64; LANES]>,
     has_clipped: bool,
     /// Variance that each grey level of signal adds.
     signal_variance: f32,
@@ -130,7 +132,11 @@ impl Patch {
         (self.columns, self.blocks, self.rows, self.has_clipped) = (0, 0, 0, false);
         self.signal.clear();
         self.variance.clear();
-        self.clipped.clear();
+        self.least.clear();
+        self.signal.reserve(USUAL_BLOCKS);
+        self.variance.reserve(USUAL_BLOCKS);
+        self.least.reserve(USUAL_BLOCKS);
+        self.weights.reserve(USUAL_BLOCKS);
     }
 
     /// Adds a row; all are of one length.
@@ -141,7 +147,7 @@ impl Patch {
             block[..some.len()].copy_from_slice(some);
             self.signal.push(block.map(|p| p.signal));
             self.variance.push(block.map(|p| p.variance));
-            self.clipped.push(block.map(|p| p.clipped));
+            self.least.push(block.map(|p| if p.clipped { 0.0 } else { f64::NEG_INFINITY }));
         }
         self.has_clipped |= row.iter().any(|p| p.clipped);
     }
@@ -155,6 +161,7 @@ impl Patch {
     pub fn fit(&mut self, start: Gaussian) -> Option<Fit> {
         let mut model = Model::new(&start)?;
         let background = kernels::mean_weight(self);
+        self.weights.clear();
         self.weights.resize(self.signal.len(), [0.0; LANES]);
         kernels::weigh(self, &model, false);
         let (mut fitted, mut normal) = self.descend(model, background)?;

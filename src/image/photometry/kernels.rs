@@ -2,29 +2,36 @@
 #![allow(unsafe_code)]
 
 use super::noise::{BIN_WIDTH, BINS, CELLS, Cell, Cells, LAGS};
-use super::sample::{Pixels, RUN, Run};
+use super::sample::{Block, LANES, RUN};
 use super::{CLIPPED, Limits, Photometry};
 use crate::image::vectors::for_each_processor;
 
-/// Runs whose sums are kept apart.
-const LANES: usize = 8;
+/// Sums of the regression that are kept apart.
+const SUMS: usize = 8;
 
 for_each_processor! {
-    /// Means, variance and whether any pixel is clipped; what a run lacks in length is zero.
-    pub fn summarise(on: &[Pixels], off: &[Pixels], runs: &mut [Run]) {
-        for ((on, off), run) in on.iter().zip(off).zip(runs) {
-            let mut square = [0.0f32; RUN];
-            let mut top = [0.0f32; RUN];
-            for i in 0..RUN {
-                square[i] = (on[i] - off[i]) * (on[i] - off[i]);
-                top[i] = if on[i] > off[i] { on[i] } else { off[i] };
+    /// Means, variances and greatest levels of the runs.
+    pub fn summarise(blocks: &mut [Block]) {
+        for block in blocks {
+            let [mut sum_on, mut sum_off, mut square, mut top] = [[0.0f32; LANES]; 4];
+            for (i, (on, off)) in block.on.iter().zip(&block.off).enumerate() {
+                for l in 0..LANES {
+                    let counts = block.length[l] > i as f32;
+                    let [on, off] = [on[l], off[l]].map(|v| if counts { v } else { 0.0 });
+                    sum_on[l] += on;
+                    sum_off[l] += off;
+                    square[l] += (on - off) * (on - off);
+                    top[l] = greater(top[l], greater(on, off));
+                }
             }
-            let n = run.length as f32;
-            let (sum_on, sum_off) = (sum(*on), sum(*off));
-            let mean = (sum_on - sum_off) / n;
-            run.variance = (sum(square) - n * mean * mean).max(0.0) / (n - 1.0).max(1.0);
-            (run.on, run.off) = (sum_on / n, sum_off / n);
-            run.clipped = top.iter().fold(false, |any, t| any | (*t >= CLIPPED));
+            for l in 0..LANES {
+                let n = greater(block.length[l], 1.0);
+                let mean = (sum_on[l] - sum_off[l]) / n;
+                block.variance[l] = greater(square[l] - n * mean * mean, 0.0) / greater(n - 1.0, 1.0);
+                block.mean[0][l] = sum_on[l] / n;
+                block.mean[1][l] = sum_off[l] / n;
+            }
+            block.top = top;
         }
     }
 
@@ -58,9 +65,9 @@ for_each_processor! {
 
     /// Sums of w, w x, w y, w x^2, w x y with Tukey's weights w of the residuals from the line.
     pub fn biweight_sums(x: &[f32], y: &[f32], gain: f32, offset: f32, scale: f32) -> [f64; 5] {
-        let mut sums = [[0.0f64; LANES]; 5];
+        let mut sums = [[0.0f64; SUMS]; 5];
         let reciprocal = 1.0 / scale;
-        let add = |sums: &mut [[f64; LANES]; 5], lane: usize, x: f32, y: f32| {
+        let add = |sums: &mut [[f64; SUMS]; 5], lane: usize, x: f32, y: f32| {
             let t = (y - gain * x - offset) * reciprocal;
             let rest = 1.0 - t * t;
             let rest = if rest > 0.0 { rest } else { 0.0 };
@@ -71,9 +78,9 @@ for_each_processor! {
                 sum[lane] += term;
             }
         };
-        let ((x, x_rest), (y, y_rest)) = (x.as_chunks::<LANES>(), y.as_chunks::<LANES>());
+        let ((x, x_rest), (y, y_rest)) = (x.as_chunks::<SUMS>(), y.as_chunks::<SUMS>());
         for (x, y) in x.iter().zip(y) {
-            for lane in 0..LANES {
+            for lane in 0..SUMS {
                 add(&mut sums, lane, x[lane], y[lane]);
             }
         }
@@ -84,66 +91,66 @@ for_each_processor! {
     }
 
     /// Adds the pixels' residuals from the line (gain, offset) to the histograms, `scale` cells a grey level.
-    pub fn tally(cells: &mut Cells, on: &[Pixels], off: &[Pixels], line: [f32; 2], scale: f32) {
-        for (on, off) in on.iter().zip(off) {
-            let (mut index, mut square) = ([0u32; RUN], [0i32; RUN]);
-            for i in 0..RUN {
-                let top = if on[i] > off[i] { on[i] } else { off[i] };
+    pub fn tally(cells: &mut Cells, blocks: &[Block], line: [f32; 2], scale: f32) {
+        let (mut index, mut square) = ([0u32; RUN * LANES], [0i32; RUN * LANES]);
+        for block in blocks {
+            let (on, off) = (block.on.as_flattened(), block.off.as_flattened());
+            for i in 0..RUN * LANES {
+                let (on, off) = (on[i], off[i]);
+                let top = greater(on, off);
                 // Two black pixels are no evidence of silence.
                 let counts = (top < CLIPPED) & (top >= 0.5);
-                let r = on[i] - line[0] * off[i] - line[1];
+                let r = on - line[0] * off - line[1];
                 let cell = less(r.abs() * scale, (CELLS - 1) as f32) as i32;
-                let bin = off[i] as i32 / BIN_WIDTH as i32;
+                let bin = off as i32 / BIN_WIDTH as i32;
                 index[i] = if counts { bin * CELLS as i32 + cell } else { (BINS * CELLS) as i32 } as u32;
                 square[i] = less(r * r * Cell::UNIT + 0.5, Cell::MOST) as i32;
             }
-            for i in 0..RUN {
-                cells[i % 4][index[i] as usize].add(Cell::pixel(square[i]));
-            }
+            add(cells, &index, &square);
         }
     }
 
     /// Over the runs without a clipped pixel, sums of the mean products of the residuals with those 0, 1,
     /// ... pixels farther on. What leaves the noise (base, slope by level) is not noise and counts as 0.
-    pub fn lagged_products(
-        on: &[Pixels],
-        off: &[Pixels],
-        runs: &[Run],
-        line: [f32; 2],
-        noise: [f32; 2],
-    ) -> [f32; LAGS + 1] {
-        let mut sums = [[0.0f32; RUN]; LAGS + 1];
-        for ((on, off), run) in on.iter().zip(off).zip(runs) {
-            if run.clipped || run.length <= LAGS {
-                continue;
+    pub fn lagged_products(blocks: &[Block], line: [f32; 2], noise: [f32; 2]) -> [f32; LAGS + 1] {
+        let mut sums = [[0.0f32; LANES]; LAGS + 1];
+        let mut residuals = [[0.0f32; LANES]; RUN];
+        for block in blocks {
+            for (i, residuals) in residuals.iter_mut().enumerate() {
+                let (on, off) = (&block.on[i], &block.off[i]);
+                for l in 0..LANES {
+                    let r = on[l] - line[0] * off[l] - line[1];
+                    let is_noise = (r * r < 9.0 * (noise[0] + noise[1] * off[l])) & (block.length[l] > i as f32);
+                    residuals[l] = if is_noise { r } else { 0.0 };
+                }
             }
-            let mut residuals = [0.0f32; RUN + LAGS];
-            for i in 0..RUN {
-                let r = on[i] - line[0] * off[i] - line[1];
-                let counts = (r * r < 9.0 * (noise[0] + noise[1] * off[i])) & (i < run.length);
-                residuals[i] = if counts { r } else { 0.0 };
-            }
-            for (lag, sum) in sums.iter_mut().enumerate() {
-                let share = 1.0 / (run.length - lag) as f32;
-                for i in 0..RUN {
-                    sum[i] += share * (residuals[i] * residuals[i + lag]);
+            for (lag, sums) in sums.iter_mut().enumerate() {
+                let mut products = [0.0f32; LANES];
+                for (a, b) in residuals.iter().zip(&residuals[lag..]) {
+                    for l in 0..LANES {
+                        products[l] += a[l] * b[l];
+                    }
+                }
+                for l in 0..LANES {
+                    let counts = (block.top[l] < CLIPPED) & (block.length[l] > LAGS as f32);
+                    let mean = products[l] / greater(block.length[l] - lag as f32, 1.0);
+                    sums[l] += if counts { mean } else { 0.0 };
                 }
             }
         }
-        sums.map(|s| sum(s))
+        sums.map(|s| s.iter().sum())
     }
 
     /// Standard deviations by off level: those of the model, or the measured scatter where drift is not
     /// linear and the model fails; but not when all that has this level has moved.
     pub fn deviations(photometry: &mut Photometry, measured: &[f32; BINS]) {
-        for (bin, measured) in measured.iter().enumerate() {
-            let measured = measured.sqrt();
-            for level in bin * BIN_WIDTH..(bin + 1) * BIN_WIDTH {
-                let off = level as f32;
-                let model = photometry.variance(photometry.predict(off), off).sqrt();
-                photometry.deviation[level] = greater(model, less(measured, 3.0 * model + 3.0));
-            }
+        let mut deviation = [0.0; 256];
+        for level in 0..256 {
+            let off = level as f32;
+            let model = photometry.variance(photometry.predict(off), off).sqrt();
+            deviation[level] = greater(model, less(measured[level / BIN_WIDTH].sqrt(), 3.0 * model + 3.0));
         }
+        photometry.deviation = deviation;
     }
 
     /// The levels within `k` standard deviations.
@@ -160,18 +167,14 @@ for_each_processor! {
     }
 }
 
-/// In pairs, as vectors add: the same order everywhere.
+/// Adds pixels to the cells of these indices.
 #[inline(always)]
-fn sum(values: Pixels) -> f32 {
-    let mut values = values;
-    let mut half = RUN / 2;
-    while half > 0 {
-        for i in 0..half {
-            values[i] += values[i + half];
+fn add(cells: &mut Cells, index: &[u32], square: &[i32]) {
+    for (index, square) in index.as_chunks::<4>().0.iter().zip(square.as_chunks::<4>().0) {
+        for (cells, (index, square)) in cells.iter_mut().zip(index.iter().zip(square)) {
+            cells[*index as usize].add(Cell::pixel(*square));
         }
-        half /= 2;
     }
-    values[0]
 }
 
 #[inline(always)]

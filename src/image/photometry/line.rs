@@ -16,7 +16,9 @@ impl Sample {
     pub fn fit_line(&mut self, floor: f32) -> Line {
         let (values, keys) = (&mut self.scratch.values, &mut self.scratch.keys);
         values.clear();
-        values.extend(self.runs.iter().filter(|r| !r.clipped && r.length > 4).map(|r| r.variance));
+        for block in &self.blocks {
+            values.extend(block.good().filter(|l| block.length[*l] > 4.0).map(|l| block.variance[l]));
+        }
         let mut pixel = median(values, keys).map(f32::sqrt);
         if pixel.is_none() {
             values.extend(self.y.iter().zip(&self.x).map(|(y, x)| y - x));

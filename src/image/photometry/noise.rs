@@ -71,7 +71,7 @@ impl Sample {
         let scale = 8.0 / line.pixel_deviation;
         let cells = &mut self.scratch.tally.0;
         cells.iter_mut().for_each(|c| c.fill(Cell::default()));
-        kernels::tally(cells, &self.on, &self.off, [line.gain, line.offset], scale);
+        kernels::tally(cells, &self.blocks, [line.gain, line.offset], scale);
         let bins: [(f32, f32); BINS] = std::array::from_fn(|bin| {
             let mut up_to = [Cell::default(); CELLS];
             let mut sum = Cell::default();
@@ -127,8 +127,7 @@ impl Sample {
     /// Sum of the autocorrelation over the neighbours along a row, squared for the two directions: columns
     /// are taken to be like rows.
     fn correlation(&self, line: &Line, base: f32, slope: f32) -> f32 {
-        let products =
-            kernels::lagged_products(&self.on, &self.off, &self.runs, [line.gain, line.offset], [base, slope]);
+        let products = kernels::lagged_products(&self.blocks, [line.gain, line.offset], [base, slope]);
         let [square, neighbours @ ..] = products;
         let count = (self.size as f32).max(1.0);
         let sum = 1.0 + 2.0 * neighbours.iter().sum::<f32>() / square.max(1e-12);

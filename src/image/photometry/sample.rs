@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::kernels;
 use super::noise::Tally;
+use super::{CLIPPED, kernels};
 use crate::image::area::SearchArea;
 use crate::image::frames::{Channel, FrameMean};
 
@@ -13,18 +13,20 @@ pub const RUN: usize = 16;
 const MAX_SAMPLE: usize = 8192;
 /// Below this all pixels are taken.
 const MIN_SAMPLE: usize = 1024;
+/// Runs that are worked on together.
+pub const LANES: usize = 64;
 /// A pixel that is none, of a run shorter than the others: as good as clipped.
 pub const NO_PIXEL: f32 = 255.0;
 
-/// A run's pixels.
-pub type Pixels = [f32; RUN];
+/// A number for each run of a block.
+pub type Lanes = [f32; LANES];
+/// First pixels of a block's runs, second pixels, ...
+pub type Pixels = [Lanes; RUN];
 
 /// Memory that serves one estimate after the other.
 #[derive(Debug, Default)]
 pub struct Sample {
-    pub on: Vec<Pixels>,
-    pub off: Vec<Pixels>,
-    pub runs: Vec<Run>,
+    pub blocks: Vec<Block>,
     /// Number of pixels.
     pub size: usize,
     /// Mean off and on levels of the runs without a clipped pixel.
@@ -34,22 +36,42 @@ pub struct Sample {
     spans: Vec<Range<usize>>,
 }
 
+/// Runs of neighbouring pixels.
+#[derive(Debug)]
+pub struct Block {
+    pub on: Pixels,
+    pub off: Pixels,
+    /// Numbers of pixels, 0 where there is no run.
+    pub length: Lanes,
+    /// Means of the on and off levels, and the greatest level of either.
+    pub mean: [Lanes; 2],
+    pub top: Lanes,
+    /// Variances of on - off within the runs.
+    pub variance: Lanes,
+}
+
+impl Block {
+    const EMPTY: Self = Self {
+        on: [[NO_PIXEL; LANES]; RUN],
+        off: [[NO_PIXEL; LANES]; RUN],
+        length: [0.0; LANES],
+        mean: [[0.0; LANES]; 2],
+        top: [0.0; LANES],
+        variance: [0.0; LANES],
+    };
+
+    /// The runs without a clipped pixel.
+    pub fn good(&self) -> impl Iterator<Item = usize> {
+        (0..LANES).filter(|l| self.length[*l] > 0.0 && self.top[*l] < CLIPPED)
+    }
+}
+
 #[derive(Debug, Default)]
 pub struct Scratch {
     pub values: Vec<f32>,
     pub keys: Vec<i32>,
     pub pairs: Vec<[f32; 2]>,
     pub tally: Tally,
-}
-
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Run {
-    pub length: usize,
-    pub on: f32,
-    pub off: f32,
-    pub clipped: bool,
-    /// Variance of on - off within the run.
-    pub variance: f32,
 }
 
 impl Sample {
@@ -61,34 +83,36 @@ impl Sample {
         let skip = pixels.div_ceil(wanted);
         let row_step = skip.isqrt().max(1);
         let run_step = skip.div_ceil(row_step);
-        self.on.clear();
-        self.off.clear();
-        self.runs.clear();
-        let mut spans = std::mem::take(&mut self.spans);
+        self.blocks.clear();
+        self.blocks.reserve(pixels.min(MAX_SAMPLE).div_ceil(RUN * LANES));
+        self.size = 0;
+        let (mut spans, mut lane) = (std::mem::take(&mut self.spans), LANES);
         for (row, y) in area.rows().skip(row_step / 2).step_by(row_step).enumerate() {
             area.spans(y, &mut spans);
             let runs = spans.iter().flat_map(|s| s.clone().step_by(RUN).map(|x| (x, RUN.min(s.end - x))));
             for (x, length) in runs.skip(row % run_step).step_by(run_step) {
-                let [mut a, mut b] = [[0.0; RUN]; 2];
-                on.read(channel, x, y, &mut a[..length]);
-                off.read(channel, x, y, &mut b[..length]);
-                self.on.push(a);
-                self.off.push(b);
-                self.runs.push(Run { length, ..Run::default() });
+                if lane == LANES {
+                    self.blocks.push(Block::EMPTY);
+                    lane = 0;
+                }
+                let Some(block) = self.blocks.last_mut() else { break };
+                for (frames, pixels) in [(on, &mut block.on), (off, &mut block.off)] {
+                    let mut levels = [0.0; RUN];
+                    frames.read(channel, x, y, &mut levels[..length]);
+                    pixels.iter_mut().zip(&levels[..length]).for_each(|(p, level)| p[lane] = *level);
+                }
+                block.length[lane] = length as f32;
+                self.size += length;
+                lane += 1;
             }
         }
         self.spans = spans;
-        self.size = self.runs.iter().map(|r| r.length).sum();
-        kernels::summarise(&self.on, &self.off, &mut self.runs);
-        for ((on, off), run) in self.on.iter_mut().zip(&mut self.off).zip(&self.runs) {
-            on[run.length..].fill(NO_PIXEL);
-            off[run.length..].fill(NO_PIXEL);
-        }
+        kernels::summarise(&mut self.blocks);
         self.x.clear();
         self.y.clear();
-        for run in self.runs.iter().filter(|r| !r.clipped) {
-            self.x.push(run.off);
-            self.y.push(run.on);
+        for (block, lane) in self.blocks.iter().flat_map(|b| b.good().map(move |l| (b, l))) {
+            self.y.push(block.mean[0][lane]);
+            self.x.push(block.mean[1][lane]);
         }
     }
 }
