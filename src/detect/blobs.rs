@@ -23,6 +23,8 @@ const MIN_EXPLAINED_LARGE: f64 = 0.95;
 const LARGE: u32 = 400;
 /// Fewer pixels than this have no shape to judge.
 const SHAPED: u32 = 12;
+/// Room is made for as many at once.
+pub const USUAL_BLOBS: usize = 64;
 /// Pixels that are read together.
 const SPAN: usize = 64;
 
@@ -60,10 +62,10 @@ pub struct Blobs {
 
 impl Blobs {
     pub fn find(&mut self, changes: &Changes) {
-        let (labels, count) = self.components.label(&changes.runs);
+        let (labels, _) = self.components.label(&changes.runs);
         let blobs = &mut self.all;
         blobs.clear();
-        blobs.reserve(2 * count);
+        blobs.reserve(USUAL_BLOBS);
         for ((run, signal), label) in changes.runs.iter().zip(&changes.signals).zip(labels) {
             let (low, high) = ([run.start, run.row], [run.end - 1, run.row]);
             // Labels are numbered in order of their first run.
@@ -268,7 +270,7 @@ impl Cutter {
         let step = ((columns.len() * rows.len()) as f64 / MAX_PATCH as f64).sqrt().ceil().max(1.0) as usize;
         self.patch.begin(columns.start, rows.start, step, signal.signal_variance());
         self.row.clear();
-        self.row.reserve(2 * columns.len());
+        self.row.reserve(2 * SPAN);
         self.row.resize(columns.len(), Pixel::default());
         for y in rows.step_by(step) {
             signal.read(columns.start, y, &mut self.row);

@@ -5,7 +5,7 @@
 //! spot: small, compact, of the laser's colour, with a peak. One that is much stronger than anything
 //! else that changed is the answer; all else is an error that says why.
 
-use super::blobs::{Blob, Blobs, Candidate, Cutter, DifferenceSignal, examine};
+use super::blobs::{Blob, Blobs, Candidate, Cutter, DifferenceSignal, USUAL_BLOBS, examine};
 use super::single_image;
 use crate::error::{Error, Result};
 use crate::image::ImageView;
@@ -253,8 +253,8 @@ impl Verdict {
         spots.clear();
         others.clear();
         order.clear();
-        others.reserve(2 * blobs.len());
-        order.reserve(2 * blobs.len());
+        others.reserve(USUAL_BLOBS);
+        order.reserve(USUAL_BLOBS);
         spots.reserve(MAX_EXAMINED);
         order.extend(0..blobs.len());
         let brightness = |i: usize| blobs[i].sum.iter().fold(0.0f32, |m, s| m.max(*s));

@@ -9,6 +9,9 @@ pub struct Run {
     pub class: u8,
 }
 
+/// Room is made for as many runs at once: noise makes more of them in one frame than in another.
+pub const USUAL_RUNS: usize = 256;
+
 /// Memory that serves one labelling after the other.
 #[derive(Debug, Default)]
 pub struct Components {
@@ -22,9 +25,8 @@ impl Components {
     pub fn label(&mut self, runs: &[Run]) -> (&[u32], usize) {
         self.parent.clear();
         self.labels.clear();
-        // One labelling after the other is seldom of the same size.
-        self.parent.reserve(2 * runs.len());
-        self.labels.reserve(2 * runs.len());
+        self.parent.reserve(USUAL_RUNS);
+        self.labels.reserve(USUAL_RUNS);
         self.parent.extend(0..runs.len() as u32);
         connect(runs, &mut self.parent);
         let mut count = 0;

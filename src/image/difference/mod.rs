@@ -5,15 +5,13 @@ mod kernels;
 use std::ops::Range;
 
 use super::area::SearchArea;
-use super::components::Run;
+use super::components::{Run, USUAL_RUNS};
 use super::frames::{Channel, FrameMean, RowBuffer};
 use super::photometry::{Limits, Photometry};
 use kernels::{compare, first_beyond, least_bound};
 
 /// Pixels that are looked at together.
 const CHUNK: usize = 64;
-/// Room is made for as many runs at once.
-const USUAL_RUNS: usize = 256;
 /// Fixed point of the coarse test: 255 x 64 and 255 x 127 fit in 16 bits.
 const UNIT: f32 = 64.0;
 
@@ -63,7 +61,6 @@ impl Changes {
         let Pair { on, off, carriers } = pair;
         self.runs.clear();
         self.signals.clear();
-        // Noise makes more of them in one frame than in another.
         self.runs.reserve(USUAL_RUNS);
         self.signals.reserve(USUAL_RUNS);
         self.limits.clear();

@@ -74,6 +74,17 @@ pub struct Scratch {
     pub tally: Tally,
 }
 
+impl Scratch {
+    fn reserve(&mut self, runs: usize) {
+        self.values.clear();
+        self.values.reserve(runs);
+        self.keys.clear();
+        self.keys.reserve(runs);
+        self.pairs.clear();
+        self.pairs.reserve(runs);
+    }
+}
+
 impl Sample {
     pub fn take(&mut self, on: &FrameMean<'_>, off: &FrameMean<'_>, channel: Channel, area: &SearchArea) {
         let pixels = area.pixels();
@@ -110,6 +121,11 @@ impl Sample {
         kernels::summarise(&mut self.blocks);
         self.x.clear();
         self.y.clear();
+        // Room for all runs, however many count.
+        let most = self.blocks.len() * LANES;
+        self.x.reserve(most);
+        self.y.reserve(most);
+        self.scratch.reserve(most);
         for (block, lane) in self.blocks.iter().flat_map(|b| b.good().map(move |l| (b, l))) {
             self.y.push(block.mean[0][lane]);
             self.x.push(block.mean[1][lane]);
