@@ -84,7 +84,7 @@ fn spot_after_spot_is_found_without_an_allocation() {
         let options = SpotOptions { region, colour: LaserColour::Unknown, ..SpotOptions::default() };
         let mut detector = SpotDetector::default();
         let mut most = 0;
-        for number in 0..12 {
+        for number in 0..8 {
             let centre = [150.3 + 1.7 * f64::from(number), 100.6 + 2.1 * f64::from(number)];
             let mut frames = |spot| -> Vec<Image> { (0..averaged).map(|_| frame(format, spot, &mut rng)).collect() };
             let (on, off) = (frames(Some(centre)), frames(None));
@@ -97,7 +97,7 @@ fn spot_after_spot_is_found_without_an_allocation() {
             // What it holds from before leaves no trace in the result.
             assert_eq!(Ok(spot), detect_spot(&on, &off, &options).map_err(|e| e.to_string()));
             // The first frames make room: noise decides how much is looked at closely.
-            if number >= 4 {
+            if number >= 3 {
                 most = most.max(count);
             }
         }
