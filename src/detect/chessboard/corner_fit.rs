@@ -375,13 +375,14 @@ impl Edges {
     fn shape(&self, dx: &Lanes, dy: &Lanes, profile: &EdgeProfile) -> Shape {
         let mut z = [[0.0; LANES]; 2];
         for (z, n) in z.iter_mut().zip(self.normals) {
-            for l in 0..LANES {
-                z[l] = (n[0] * dx[l] + n[1] * dy[l]) * self.sharpness;
+            for ((z, dx), dy) in z.iter_mut().zip(dx).zip(dy) {
+                *z = (n[0] * dx + n[1] * dy) * self.sharpness;
             }
         }
         let mut shape = Shape { value: [0.0; LANES], slopes: [[0.0; LANES]; 2] };
-        for l in 0..LANES {
-            let ([e1, g1], [e2, g2]) = (profile.at(z[0][l]), profile.at(z[1][l]));
+        let [z1, z2] = &z;
+        for (l, (z1, z2)) in z1.iter().zip(z2).enumerate() {
+            let ([e1, g1], [e2, g2]) = (profile.at(*z1), profile.at(*z2));
             shape.value[l] = e1 * e2;
             shape.slopes[0][l] = g1 * e2;
             shape.slopes[1][l] = e1 * g2;

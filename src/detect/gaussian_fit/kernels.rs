@@ -86,8 +86,8 @@ for_each_processor! {
                     accumulate(&mut heights[i][j], &power, &height[j]);
                     accumulate(&mut residuals[i][j], &power, &product[j]);
                 }
-                for l in 0..LANES {
-                    power[l] *= columns.dx[l];
+                for (power, dx) in power.iter_mut().zip(&columns.dx) {
+                    *power *= dx;
                 }
             }
         }
@@ -239,8 +239,8 @@ impl Columns {
     fn exponentials(&self, dy: f64) -> Lanes {
         let square = self.quadratic * dy * dy;
         let mut e = [0.0; LANES];
-        for l in 0..LANES {
-            e[l] = exponential(self.constant[l] + self.linear[l] * dy + square);
+        for ((e, constant), linear) in e.iter_mut().zip(&self.constant).zip(&self.linear) {
+            *e = exponential(constant + linear * dy + square);
         }
         e
     }

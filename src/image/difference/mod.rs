@@ -162,14 +162,12 @@ mod tests {
 
     /// Limits as photometry makes them, of any drift and noise.
     fn limits(gain: f32, offset: f32, k: f32, read: f32, shot: f32) -> Limits {
-        let mut limits = [[0.0; 256]; 2];
-        for level in 0..256 {
+        let limit = |level: usize, side: f32| {
             let predicted = (gain * level as f32 + offset).clamp(0.0, 255.0);
-            let band = k * (read + shot * level as f32).sqrt();
-            limits[0][level] = predicted - band;
-            limits[1][level] = if level > 251 { f32::INFINITY } else { predicted + band };
-        }
-        limits
+            predicted + side * k * (read + shot * level as f32).sqrt()
+        };
+        let high = |level| if level > 251 { f32::INFINITY } else { limit(level, 1.0) };
+        [std::array::from_fn(|level| limit(level, -1.0)), std::array::from_fn(high)]
     }
 
     #[test]

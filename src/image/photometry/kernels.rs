@@ -99,7 +99,7 @@ for_each_processor! {
                 let (on, off) = (on[i], off[i]);
                 let top = greater(on, off);
                 // Two black pixels are no evidence of silence.
-                let counts = (top < CLIPPED) & (top >= 0.5);
+                let counts = (0.5..CLIPPED).contains(&top);
                 let r = on - line[0] * off - line[1];
                 let cell = less(r.abs() * scale, (CELLS - 1) as f32) as i32;
                 let bin = off as i32 / BIN_WIDTH as i32;
