@@ -1,10 +1,10 @@
-//! Times of `detect_spot` on rendered frames: least and median of many calls, one thread.
+//! Times of a `SpotDetector` on rendered frames: least and median of many calls, one thread.
 //! `cargo bench --bench spot -- NAME` runs those whose names contain NAME.
 
 use std::hint::black_box;
 use std::time::Instant;
 
-use ptzcal::detect::spot::{LaserColour, Region, SpotOptions, detect_spot};
+use ptzcal::detect::spot::{LaserColour, Region, SpotDetector, SpotOptions};
 use ptzcal::image::{Image, PixelFormat};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
@@ -53,11 +53,12 @@ fn main() {
         let region =
             (region > 0).then(|| Region { x: cx - region / 2, y: cy - region / 2, width: region, height: region });
         let options = SpotOptions { region, colour: LaserColour::Unknown, ..SpotOptions::default() };
+        let mut detector = SpotDetector::default();
         let mut times: Vec<f64> = Vec::new();
         let begin = Instant::now();
         while begin.elapsed().as_secs_f64() < 0.7 {
             let start = Instant::now();
-            black_box(detect_spot(black_box(&[on]), black_box(&[off]), &options)).expect("a spot");
+            black_box(detector.detect(black_box(&[on]), black_box(&[off]), &options)).expect("a spot");
             times.push(start.elapsed().as_secs_f64() * 1e3);
         }
         times.sort_by(f64::total_cmp);

@@ -1,11 +1,14 @@
 //! Changed regions, and whether one of them is a laser's spot.
 
-use super::gaussian_fit::{Fit, Gaussian, Patch};
+use std::ops::Range;
+
+use super::gaussian_fit::{Fit, Gaussian, Patch, Pixel};
 use crate::image::PixelFormat;
 use crate::image::area::SearchArea;
-use crate::image::components;
-use crate::image::difference::{BRIGHTER, Carrier, Changes};
-use crate::image::frames::{Channel, FrameMean};
+use crate::image::components::Components;
+use crate::image::difference::{BRIGHTER, Carrier, Changes, Pair};
+use crate::image::frames::Channel;
+use crate::image::photometry::Photometry;
 
 /// Pixels of a patch beyond which it is thinned out.
 const MAX_PATCH: usize = 4096;
@@ -20,6 +23,10 @@ const MIN_EXPLAINED_LARGE: f64 = 0.95;
 const LARGE: u32 = 400;
 /// Fewer pixels than this have no shape to judge.
 const SHAPED: u32 = 12;
+/// Room is made for as many at once.
+pub const USUAL_BLOBS: usize = 64;
+/// Pixels that are read together.
+const SPAN: usize = 64;
 
 /// A connected region that became brighter or darker.
 #[derive(Debug, Clone)]
@@ -47,34 +54,43 @@ pub struct Candidate {
 }
 
 /// The components of the changed pixels, in order of their first one.
-pub fn blobs(changes: &Changes) -> Vec<Blob> {
-    let (labels, count) = components::label(&changes.runs);
-    let mut blobs: Vec<Blob> = Vec::with_capacity(count);
-    for ((run, signal), label) in changes.runs.iter().zip(&changes.signals).zip(labels) {
-        let (low, high) = ([run.start, run.row], [run.end - 1, run.row]);
-        // Labels are numbered in order of their first run.
-        if label as usize == blobs.len() {
-            let (sum, peak, moments) = ([0.0; 3], [0.0; 3], [0.0; 5]);
-            blobs.push(Blob { brighter: run.class == BRIGHTER, area: 0, low, high, sum, peak, moments });
+#[derive(Debug, Default)]
+pub struct Blobs {
+    pub all: Vec<Blob>,
+    components: Components,
+}
+
+impl Blobs {
+    pub fn find(&mut self, changes: &Changes) {
+        let (labels, _) = self.components.label(&changes.runs);
+        let blobs = &mut self.all;
+        blobs.clear();
+        blobs.reserve(USUAL_BLOBS);
+        for ((run, signal), label) in changes.runs.iter().zip(&changes.signals).zip(labels) {
+            let (low, high) = ([run.start, run.row], [run.end - 1, run.row]);
+            // Labels are numbered in order of their first run.
+            if *label as usize == blobs.len() {
+                let (sum, peak, moments) = ([0.0; 3], [0.0; 3], [0.0; 5]);
+                blobs.push(Blob { brighter: run.class == BRIGHTER, area: 0, low, high, sum, peak, moments });
+            }
+            let blob = &mut blobs[*label as usize];
+            blob.area += run.end - run.start;
+            for i in 0..2 {
+                blob.low[i] = blob.low[i].min(low[i]);
+                blob.high[i] = blob.high[i].max(high[i]);
+            }
+            for c in 0..3 {
+                blob.sum[c] += signal.sum[c];
+                blob.peak[c] = if signal.peak[c].abs() > blob.peak[c].abs() { signal.peak[c] } else { blob.peak[c] };
+            }
+            // Closed sums of x and x^2 over the run.
+            let (n, y) = ((run.end - run.start) as f64, run.row as f64);
+            let middle = 0.5 * (run.start as f64 + (run.end - 1) as f64);
+            let xx = n * middle * middle + n * (n * n - 1.0) / 12.0;
+            let run_moments = [n * middle, n * y, xx, n * middle * y, n * y * y];
+            blob.moments.iter_mut().zip(run_moments).for_each(|(m, r)| *m += r);
         }
-        let blob = &mut blobs[label as usize];
-        blob.area += run.end - run.start;
-        for i in 0..2 {
-            blob.low[i] = blob.low[i].min(low[i]);
-            blob.high[i] = blob.high[i].max(high[i]);
-        }
-        for c in 0..3 {
-            blob.sum[c] += signal.sum[c];
-            blob.peak[c] = if signal.peak[c].abs() > blob.peak[c].abs() { signal.peak[c] } else { blob.peak[c] };
-        }
-        // Closed sums of x and x^2 over the run.
-        let (n, y) = ((run.end - run.start) as f64, run.row as f64);
-        let middle = 0.5 * (run.start as f64 + (run.end - 1) as f64);
-        let xx = n * middle * middle + n * (n * n - 1.0) / 12.0;
-        let run_moments = [n * middle, n * y, xx, n * middle * y, n * y * y];
-        blob.moments.iter_mut().zip(run_moments).for_each(|(m, r)| *m += r);
     }
-    blobs
 }
 
 impl Blob {
@@ -135,48 +151,53 @@ pub fn clip_level(format: PixelFormat) -> u8 {
 
 /// Where patches are cut from: the signal and its noise by pixel.
 pub trait Signal {
-    /// Signal and noise variance (infinite where it is unknown) of `signal.len()` pixels of row y.
-    fn read(&self, x: usize, y: usize, signal: &mut [f32], variance: &mut [f32]);
-    /// Is the pixel clipped?
-    fn is_clipped(&self, x: usize, y: usize) -> bool;
+    /// Pixels of row y from column x on.
+    fn read(&self, x: usize, y: usize, row: &mut [Pixel]);
     /// Variance that each grey level of signal adds.
     fn signal_variance(&self) -> f32;
 }
 
 /// on - predicted from off.
 pub struct DifferenceSignal<'a> {
-    pub on: &'a FrameMean<'a>,
-    pub off: &'a FrameMean<'a>,
-    pub carrier: &'a Carrier,
+    pub frames: Pair<'a>,
+    pub carrier: usize,
 }
 
 impl DifferenceSignal<'_> {
     fn channel(&self) -> Channel {
-        self.carrier.channel
+        self.frames.carriers[self.carrier].channel
+    }
+
+    fn photometry(&self) -> &Photometry {
+        &self.frames.carriers[self.carrier].photometry
     }
 }
 
 impl Signal for DifferenceSignal<'_> {
-    fn read(&self, x: usize, y: usize, signal: &mut [f32], variance: &mut [f32]) {
-        let photometry = &self.carrier.photometry;
-        let clip = clip_level(self.on.first().format()) as f32;
-        self.on.read(self.channel(), x, y, signal);
-        self.off.read(self.channel(), x, y, variance);
-        for (signal, variance) in signal.iter_mut().zip(variance) {
-            let off = *variance;
-            let predicted = photometry.predict(off);
-            *signal -= predicted;
-            let known = off < clip && predicted < clip;
-            *variance = if known { photometry.deviation(off).powi(2) } else { f32::INFINITY };
+    fn read(&self, x: usize, y: usize, row: &mut [Pixel]) {
+        let (channel, photometry) = (self.channel(), self.photometry());
+        let Pair { on, off, .. } = self.frames;
+        let clip = clip_level(on.first().format());
+        let (mut a, mut b, mut brightest) = ([0.0; SPAN], [0.0; SPAN], [0; SPAN]);
+        for (i, row) in row.chunks_mut(SPAN).enumerate() {
+            let (x, n) = (x + i * SPAN, row.len());
+            on.read(channel, x, y, &mut a[..n]);
+            off.read(channel, x, y, &mut b[..n]);
+            on.brightest(channel, x, y, &mut brightest[..n]);
+            for (((pixel, on), off), brightest) in row.iter_mut().zip(a).zip(b).zip(brightest) {
+                let predicted = photometry.predict(off);
+                *pixel = Pixel::default();
+                if off < clip as f32 && predicted < clip as f32 {
+                    pixel.signal = on - predicted;
+                    pixel.variance = photometry.deviation(off).powi(2);
+                    pixel.clipped = brightest >= clip;
+                }
+            }
         }
     }
 
-    fn is_clipped(&self, x: usize, y: usize) -> bool {
-        self.on.brightest(self.channel(), x, y) >= clip_level(self.on.first().format())
-    }
-
     fn signal_variance(&self) -> f32 {
-        self.carrier.photometry.signal_variance()
+        self.photometry().signal_variance()
     }
 }
 
@@ -186,6 +207,7 @@ pub fn examine(
     carrier: usize,
     signal: &impl Signal,
     area: &SearchArea,
+    cutter: &mut Cutter,
 ) -> Result<Candidate, &'static str> {
     let [major, minor] = Gaussian { x: 0.0, y: 0.0, amplitude: 0.0, shape: blob.shape() }.axes();
     if blob.area >= SHAPED && major > MAX_ELONGATION * minor {
@@ -194,8 +216,8 @@ pub fn examine(
     let margin = |i: usize| 2.5 + 0.25 * (blob.high[i] - blob.low[i]) as f64;
     let low = [0, 1].map(|i| blob.low[i] as f64 - margin(i));
     let high = [0, 1].map(|i| blob.high[i] as f64 + margin(i));
-    let mut patch = cut(signal, area, low, high);
-    let clipped = patch.has_clipped;
+    let mut patch = cutter.cut(signal, area, low, high);
+    let clipped = patch.has_clipped();
     let mut fit = patch.fit(blob.start(carrier, clipped)).ok_or("it has no peak")?;
     // The spot can be wider than what stands out of the noise.
     let reach = [fit.gaussian.shape[0], fit.gaussian.shape[2]].map(|v| 3.2 * v.sqrt() + 1.0);
@@ -204,7 +226,7 @@ pub fn examine(
     if (0..2).any(|i| centre[i] - wanted[i] < low[i] - 1.0 || centre[i] + wanted[i] > high[i] + 1.0) {
         let low = [0, 1].map(|i| low[i].min(centre[i] - wanted[i]));
         let high = [0, 1].map(|i| high[i].max(centre[i] + wanted[i]));
-        patch = cut(signal, area, low, high);
+        patch = cutter.cut(signal, area, low, high);
         fit = patch.fit(fit.gaussian).ok_or("it has no peak")?;
     }
 
@@ -228,35 +250,46 @@ pub fn examine(
     Ok(Candidate { carrier, fit, clipped, strength })
 }
 
-/// The patch of these bounds.
-fn cut(signal: &impl Signal, area: &SearchArea, low: [f64; 2], high: [f64; 2]) -> Patch {
-    let inside = |axis: usize, side: std::ops::Range<usize>| {
-        let start = (low[axis].max(0.0).floor() as usize).clamp(side.start, side.end - 1);
-        start..(high[axis].max(0.0).ceil() as usize + 1).clamp(start + 1, side.end)
-    };
-    let (columns, rows) = (inside(0, area.columns()), inside(1, area.rows()));
-    let step = ((columns.len() * rows.len()) as f64 / MAX_PATCH as f64).sqrt().ceil().max(1.0) as usize;
-    let mut patch = Patch {
-        left: columns.start,
-        top: rows.start,
-        step,
-        columns: columns.len().div_ceil(step),
-        signal_variance: signal.signal_variance(),
-        ..Patch::default()
-    };
-    let (mut values, mut variances) = (vec![0.0; columns.len()], vec![0.0; columns.len()]);
-    let mut spans = Vec::new();
-    for y in rows.step_by(step) {
-        signal.read(columns.start, y, &mut values, &mut variances);
-        area.spans(y, &mut spans);
-        for x in columns.clone().step_by(step) {
-            let i = x - columns.start;
-            let known = variances[i].is_finite() && spans.iter().any(|s| s.contains(&x));
-            patch.signal.push(if known { values[i] } else { 0.0 });
-            patch.variance.push(if known { variances[i] } else { f32::INFINITY });
-            patch.clipped.push(known && signal.is_clipped(x, y));
+/// Memory that serves one patch after the other.
+#[derive(Debug, Default)]
+pub struct Cutter {
+    patch: Patch,
+    row: Vec<Pixel>,
+    thinned: Vec<Pixel>,
+    spans: Vec<Range<usize>>,
+}
+
+impl Cutter {
+    /// The patch of these bounds.
+    fn cut(&mut self, signal: &impl Signal, area: &SearchArea, low: [f64; 2], high: [f64; 2]) -> &mut Patch {
+        let inside = |axis: usize, side: Range<usize>| {
+            let start = (low[axis].max(0.0).floor() as usize).clamp(side.start, side.end - 1);
+            start..(high[axis].max(0.0).ceil() as usize + 1).clamp(start + 1, side.end)
+        };
+        let (columns, rows) = (inside(0, area.columns()), inside(1, area.rows()));
+        let step = ((columns.len() * rows.len()) as f64 / MAX_PATCH as f64).sqrt().ceil().max(1.0) as usize;
+        self.patch.begin(columns.start, rows.start, step, signal.signal_variance());
+        self.row.clear();
+        self.row.reserve(2 * SPAN);
+        self.row.resize(columns.len(), Pixel::default());
+        for y in rows.step_by(step) {
+            signal.read(columns.start, y, &mut self.row);
+            // What lies between the spans does not count.
+            area.spans(y, &mut self.spans);
+            let mut outside = 0;
+            let ends = self.spans.iter().map(|s| [s.start, s.end]).chain([[columns.end, columns.end]]);
+            for [start, end] in ends.map(|s| s.map(|x| x.clamp(columns.start, columns.end) - columns.start)) {
+                self.row[outside..start].fill(Pixel::default());
+                outside = end;
+            }
+            if step == 1 {
+                self.patch.push(&self.row);
+            } else {
+                self.thinned.clear();
+                self.thinned.extend(self.row.iter().step_by(step));
+                self.patch.push(&self.thinned);
+            }
         }
+        &mut self.patch
     }
-    patch.has_clipped = patch.clipped.contains(&true);
-    patch
 }

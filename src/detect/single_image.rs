@@ -5,12 +5,12 @@
 
 use std::ops::Range;
 
-use super::blobs::{Blob, Signal, blobs, clip_level, examine};
-use super::gaussian_fit::Fit;
+use super::blobs::{Blob, Blobs, Cutter, Signal, clip_level, examine};
+use super::gaussian_fit::{Fit, Pixel};
 use super::spot::{LaserColour, Spot, SpotOptions};
 use crate::error::{Error, Result};
 use crate::image::area::{Region, SearchArea};
-use crate::image::components::{Run, label};
+use crate::image::components::{Components, Run};
 use crate::image::difference::{BRIGHTER, Changes, RunSignal};
 use crate::image::frames::{Channel, FrameMean, RowBuffer, channels};
 
@@ -242,10 +242,11 @@ impl Plane {
                 return None;
             }
         }
-        let (labels, count) = label(&runs);
+        let mut components = Components::default();
+        let (labels, count) = components.label(&runs);
         let mut seeds = vec![Seed::default(); count];
         for (top, label) in tops.into_iter().zip(labels) {
-            let seed = &mut seeds[label as usize];
+            let seed = &mut seeds[*label as usize];
             if top.level > seed.level {
                 *seed = top;
             }
@@ -263,14 +264,15 @@ struct LocalSignal<'a> {
 }
 
 impl Signal for LocalSignal<'_> {
-    fn read(&self, x: usize, y: usize, signal: &mut [f32], variance: &mut [f32]) {
-        self.on.read(self.channel, x, y, signal);
-        signal.iter_mut().for_each(|s| *s -= self.background);
-        variance.fill(self.deviation * self.deviation);
-    }
-
-    fn is_clipped(&self, x: usize, y: usize) -> bool {
-        self.on.brightest(self.channel, x, y) >= clip_level(self.on.first().format())
+    fn read(&self, x: usize, y: usize, row: &mut [Pixel]) {
+        let clip = clip_level(self.on.first().format());
+        for (x, pixel) in (x..).zip(row) {
+            let mut brightest = [0];
+            self.on.brightest(self.channel, x, y, &mut brightest);
+            let signal = self.on.at(self.channel, x, y) - self.background;
+            let variance = self.deviation * self.deviation;
+            *pixel = Pixel { signal, variance, clipped: brightest[0] >= clip };
+        }
     }
 
     fn signal_variance(&self) -> f32 {
@@ -315,7 +317,7 @@ fn inspect(
     };
     let size = [on.first().width(), on.first().height()];
     let window = SearchArea::new(size, Some(window), None).ok()?;
-    let found = examine(&blob, 0, &signal, &window).ok()?;
+    let found = examine(&blob, 0, &signal, &window, &mut Cutter::default()).ok()?;
     let fit = found.fit;
     if fit.signal_to_noise < SIGNAL_TO_NOISE * options.min_signal_to_noise {
         return None;
@@ -423,18 +425,18 @@ fn tint(
 
 /// The connected pixels about the seed that are higher than a share of it.
 fn region(signal: &LocalSignal<'_>, columns: &Range<usize>, rows: &Range<usize>, seed: [usize; 2]) -> Option<Blob> {
-    let (mut values, mut variances) = (vec![0.0; columns.len()], vec![0.0; columns.len()]);
+    let mut pixels = vec![Pixel::default(); columns.len()];
     let mut peak = 0.0f32;
     for y in seed[1].saturating_sub(2).max(rows.start)..(seed[1] + 3).min(rows.end) {
-        signal.read(columns.start, y, &mut values, &mut variances);
+        signal.read(columns.start, y, &mut pixels);
         let near = seed[0].saturating_sub(2).max(columns.start)..(seed[0] + 3).min(columns.end);
-        peak = near.map(|x| values[x - columns.start]).fold(peak, f32::max);
+        peak = near.map(|x| pixels[x - columns.start].signal).fold(peak, f32::max);
     }
     let foot = (FOOT * peak).max(4.0 * signal.deviation);
     let mut changes = Changes::default();
     for y in rows.clone() {
-        signal.read(columns.start, y, &mut values, &mut variances);
-        for (x, value) in columns.clone().zip(&values).filter(|(_, v)| **v > foot) {
+        signal.read(columns.start, y, &mut pixels);
+        for (x, value) in columns.clone().zip(pixels.iter().map(|p| p.signal)).filter(|(_, v)| *v > foot) {
             let (row, column) = (y as u32, x as u32);
             match changes.runs.last_mut() {
                 Some(run) if run.row == row && run.end == column => run.end += 1,
@@ -445,10 +447,12 @@ fn region(signal: &LocalSignal<'_>, columns: &Range<usize>, rows: &Range<usize>,
             }
             if let Some(signal) = changes.signals.last_mut() {
                 signal.sum[0] += value;
-                signal.peak[0] = signal.peak[0].max(*value);
+                signal.peak[0] = signal.peak[0].max(value);
             }
         }
     }
     let centre = [seed[0] as f64, seed[1] as f64];
-    blobs(&changes).into_iter().filter(|b| b.is_near(centre, 2.0)).max_by(|a, b| a.peak[0].total_cmp(&b.peak[0]))
+    let mut blobs = Blobs::default();
+    blobs.find(&changes);
+    blobs.all.into_iter().filter(|b| b.is_near(centre, 2.0)).max_by(|a, b| a.peak[0].total_cmp(&b.peak[0]))
 }

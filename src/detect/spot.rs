@@ -5,15 +5,15 @@
 //! spot: small, compact, of the laser's colour, with a peak. One that is much stronger than anything
 //! else that changed is the answer; all else is an error that says why.
 
-use super::blobs::{Blob, Candidate, DifferenceSignal, blobs, examine};
+use super::blobs::{Blob, Blobs, Candidate, Cutter, DifferenceSignal, USUAL_BLOBS, examine};
 use super::single_image;
 use crate::error::{Error, Result};
 use crate::image::ImageView;
 use crate::image::area::SearchArea;
 pub use crate::image::area::{Band, Region};
-use crate::image::difference::{Carrier, changes};
+use crate::image::difference::{Carrier, Changes, Pair};
 use crate::image::frames::{Channel, FrameMean, channels, same_kind};
-use crate::image::photometry::Photometry;
+use crate::image::photometry::{Photometry, Sample};
 
 /// Runs of changed pixels beyond which the threshold is raised: bounds memory and time.
 const MAX_RUNS: usize = 1 << 15;
@@ -128,7 +128,7 @@ pub struct Spot {
 
 /// The spot in `on` (one or more frames with the laser on, averaged) against `off` (the same number
 /// or any other of frames with it off; empty for a single-image search, which is weaker). All frames
-/// have one size and format; at most 256 of each.
+/// have one size and format; at most 256 of each. For frame after frame, [`SpotDetector`] is faster.
 ///
 /// # Errors
 /// `NotFound`: nothing changed beyond the noise, or nothing that is like a spot. `Ambiguous`: several
@@ -136,53 +136,70 @@ pub struct Spot {
 /// `InvalidArgument` for frames that do not match, an area without a pixel of the image and options
 /// out of range; `NotFinite` for the band.
 pub fn detect_spot(on: &[ImageView<'_>], off: &[ImageView<'_>], options: &SpotOptions) -> Result<Spot> {
-    options.check()?;
-    let on = FrameMean::new("on", on)?;
-    let first = on.first();
-    let area = SearchArea::new([first.width(), first.height()], options.region, options.band.as_ref())?;
-    if off.is_empty() {
-        return single_image::detect(&on, &area, options);
-    }
-    let off = FrameMean::new("off", off)?;
-    same_kind("off", 0, first, off.first())?;
+    SpotDetector::default().detect(on, off, options)
+}
 
-    let carriers: Vec<Carrier> = options
-        .colour
-        .carriers(channels(first.format()))
-        .iter()
-        .map(|c| Carrier { channel: *c, photometry: Photometry::estimate(&on, &off, *c, &area) })
-        .collect();
-    let mut k = threshold(area.pixels());
-    let mut raised = 0;
-    let changes = loop {
-        if let Some(found) = changes(&on, &off, &carriers, &area, k, MAX_RUNS) {
-            break found;
+/// [`detect_spot`] with memory of its own: once it has seen frames like those to come, it allocates no
+/// more for a spot that it finds. A band, a search in a single image and an error's text still do.
+#[derive(Debug, Default)]
+pub struct SpotDetector {
+    sample: Sample,
+    carriers: Vec<Carrier>,
+    changes: Changes,
+    blobs: Blobs,
+    cutter: Cutter,
+    verdict: Verdict,
+}
+
+impl SpotDetector {
+    /// # Errors
+    /// As [`detect_spot`].
+    pub fn detect(&mut self, on: &[ImageView<'_>], off: &[ImageView<'_>], options: &SpotOptions) -> Result<Spot> {
+        options.check()?;
+        let on = &FrameMean::new("on", on)?;
+        let first = on.first();
+        let area = &SearchArea::new([first.width(), first.height()], options.region, options.band.as_ref())?;
+        if off.is_empty() {
+            return single_image::detect(on, area, options);
         }
-        // Too much to look at: only what stands out of it can be a spot.
-        raised += 1;
-        k *= 2.0;
-        if raised > 4 {
-            return Err(Error::Ambiguous { reason: "the frames differ almost everywhere".into() });
-        }
-    };
-    let blobs = blobs(&changes);
-    let verdict = Verdict::new(
-        &blobs,
-        |blob, carrier| {
-            if options.colour.index().is_some_and(|c| !has_colour(&on, &off, blob, c, &carriers[carrier])) {
-                return Err("it has not the laser's colour");
+        let off = &FrameMean::new("off", off)?;
+        same_kind("off", 0, first, off.first())?;
+
+        let Self { sample, carriers, changes, blobs, cutter, verdict } = self;
+        carriers.clear();
+        carriers.extend(options.colour.carriers(channels(first.format())).iter().map(|channel| {
+            let photometry = Photometry::estimate(on, off, *channel, area, sample);
+            Carrier { channel: *channel, photometry }
+        }));
+        let frames = Pair { on, off, carriers };
+        let mut k = threshold(area.pixels());
+        let mut raised = 0;
+        while !changes.find(frames, area, k, MAX_RUNS) {
+            // Too much to look at: only what stands out of it can be a spot.
+            raised += 1;
+            k *= 2.0;
+            if raised > 4 {
+                return Err(Error::Ambiguous { reason: "the frames differ almost everywhere".into() });
             }
-            let signal = DifferenceSignal { on: &on, off: &off, carrier: &carriers[carrier] };
-            let mut candidate = examine(blob, carrier, &signal, &area)?;
-            let correlation = carriers[carrier].photometry.correlation as f64;
-            candidate.fit.covariance.iter_mut().for_each(|c| *c *= correlation);
-            candidate.fit.signal_to_noise /= correlation.sqrt();
-            Ok(candidate)
-        },
-        &carriers,
-        options,
-    );
-    verdict.spot(&carriers, options, k)
+        }
+        blobs.find(changes);
+        verdict.consider(
+            &blobs.all,
+            |blob, carrier| {
+                if options.colour.index().is_some_and(|c| !has_colour(frames, blob, c, carrier)) {
+                    return Err("it has not the laser's colour");
+                }
+                let mut candidate = examine(blob, carrier, &DifferenceSignal { frames, carrier }, area, cutter)?;
+                let correlation = carriers[carrier].photometry.correlation as f64;
+                candidate.fit.covariance.iter_mut().for_each(|c| *c *= correlation);
+                candidate.fit.signal_to_noise /= correlation.sqrt();
+                Ok(candidate)
+            },
+            carriers,
+            options,
+        );
+        verdict.spot(&blobs.all, carriers, options, k)
+    }
 }
 
 /// Standard deviations above which a quarter of a pixel is expected of `pixels` of normal noise.
@@ -196,7 +213,8 @@ fn threshold(pixels: usize) -> f32 {
 
 /// Is the light that was added mostly of this colour? Pixels with the colour's channel clipped cannot
 /// tell; when there are no others it may be.
-fn has_colour(on: &FrameMean<'_>, off: &FrameMean<'_>, blob: &Blob, colour: usize, carrier: &Carrier) -> bool {
+fn has_colour(frames: Pair<'_>, blob: &Blob, colour: usize, carrier: usize) -> bool {
+    let Pair { on, off, carriers } = frames;
     if !on.first().format().has_colour() {
         return true;
     }
@@ -206,35 +224,43 @@ fn has_colour(on: &FrameMean<'_>, off: &FrameMean<'_>, blob: &Blob, colour: usiz
         for x in (blob.low[0] as usize..=blob.high[0] as usize).step_by(step) {
             let (a, b) = (on.rgb(x, y), off.rgb(x, y));
             if a[colour] < 250.0 {
-                (0..3).for_each(|c| added[c] += a[c] - carrier.photometry.predict(b[c]));
+                (0..3).for_each(|c| added[c] += a[c] - carriers[carrier].photometry.predict(b[c]));
             }
         }
     }
     (0..3).all(|c| c == colour || added[colour] >= 1.2 * added[c])
 }
 
-/// What the changed regions say together.
-struct Verdict<'a> {
-    blobs: &'a [Blob],
+/// What the changed regions say together; memory that serves one verdict after the other.
+#[derive(Debug, Default)]
+struct Verdict {
     /// Spots with the index of their blob: those most like a laser's first, then by strength.
     spots: Vec<(usize, Candidate)>,
     /// Regions that are no spots, with why not; `None` when there were too many to examine all.
     others: Vec<(usize, Option<&'static str>)>,
+    order: Vec<usize>,
 }
 
-impl<'a> Verdict<'a> {
-    fn new(
-        blobs: &'a [Blob],
+impl Verdict {
+    fn consider(
+        &mut self,
+        blobs: &[Blob],
         mut examine: impl FnMut(&Blob, usize) -> std::result::Result<Candidate, &'static str>,
         carriers: &[Carrier],
         options: &SpotOptions,
-    ) -> Self {
-        let mut order: Vec<usize> = (0..blobs.len()).collect();
+    ) {
+        let Self { spots, others, order } = self;
+        spots.clear();
+        others.clear();
+        order.clear();
+        others.reserve(USUAL_BLOBS);
+        order.reserve(USUAL_BLOBS);
+        spots.reserve(MAX_EXAMINED);
+        order.extend(0..blobs.len());
         let brightness = |i: usize| blobs[i].sum.iter().fold(0.0f32, |m, s| m.max(*s));
-        order.sort_by(|&i, &j| brightness(j).total_cmp(&brightness(i)));
-        let mut verdict = Self { blobs, spots: Vec::new(), others: Vec::new() };
+        order.sort_unstable_by(|&i, &j| brightness(j).total_cmp(&brightness(i)).then(i.cmp(&j)));
         let mut examined = 0;
-        for i in order {
+        for &i in &*order {
             let blob = &blobs[i];
             let result = if !blob.brighter {
                 Err(Some("it became darker"))
@@ -247,28 +273,27 @@ impl<'a> Verdict<'a> {
                 examine(blob, blob.carrier(carriers)).map_err(Some)
             };
             match result {
-                Ok(candidate) => verdict.spots.push((i, candidate)),
-                Err(reason) => verdict.others.push((i, reason)),
+                Ok(candidate) => spots.push((i, candidate)),
+                Err(reason) => others.push((i, reason)),
             }
         }
         // A piece of a moving person may hold more light than the spot, but it is seldom round and peaked.
-        verdict.spots.sort_by(|(_, a), (_, b)| {
+        spots.sort_by(|(_, a), (_, b)| {
             let order = b.fit.is_laser_like().cmp(&a.fit.is_laser_like());
             order.then(b.strength.total_cmp(&a.strength))
         });
-        verdict
     }
 
-    fn spot(&self, carriers: &[Carrier], options: &SpotOptions, k: f32) -> Result<Spot> {
+    fn spot(&self, blobs: &[Blob], carriers: &[Carrier], options: &SpotOptions, k: f32) -> Result<Spot> {
         let Some((i, best)) = self.spots.iter().find(|s| s.1.fit.signal_to_noise >= options.min_signal_to_noise) else {
-            return Err(Error::NotFound { reason: self.why_none(carriers, options, k) });
+            return Err(Error::NotFound { reason: self.why_none(blobs, carriers, options, k) });
         };
-        let blob = &self.blobs[*i];
+        let blob = &blobs[*i];
         let fit = &best.fit;
         let centre = [fit.gaussian.x, fit.gaussian.y];
         // A piece of its own rim is no rival.
         let margin = 3.0 + fit.gaussian.axes()[0];
-        let elsewhere = |j: &usize| j != i && !blob.is_near(self.blobs[*j].centre(), margin);
+        let elsewhere = |j: &usize| j != i && !blob.is_near(blobs[*j].centre(), margin);
 
         let rival = self.spots.iter().find(|(j, s)| {
             elsewhere(j)
@@ -290,7 +315,7 @@ impl<'a> Verdict<'a> {
         let least = blob.area.min(MIN_MOTION_AREA);
         let motion = || {
             let unlike = self.spots.iter().filter(|(j, s)| elsewhere(j) && !s.fit.is_laser_like()).map(|s| s.0);
-            let regions = self.others.iter().map(|o| o.0).chain(unlike).map(|j| &self.blobs[j]);
+            let regions = self.others.iter().map(|o| o.0).chain(unlike).map(|j| &blobs[j]);
             regions.filter(|b| b.area >= least)
         };
         let strongest = motion().max_by(|a, b| a.greatest().total_cmp(&b.greatest()));
@@ -325,7 +350,7 @@ impl<'a> Verdict<'a> {
         })
     }
 
-    fn why_none(&self, carriers: &[Carrier], options: &SpotOptions, k: f32) -> String {
+    fn why_none(&self, blobs: &[Blob], carriers: &[Carrier], options: &SpotOptions, k: f32) -> String {
         if let Some((_, s)) = self.spots.first() {
             let (g, snr) = (&s.fit.gaussian, s.fit.signal_to_noise);
             let least = options.min_signal_to_noise;
@@ -334,11 +359,10 @@ impl<'a> Verdict<'a> {
                 g.x, g.y
             );
         }
-        let worth = |o: &&(usize, Option<&'static str>)| self.blobs[o.0].area >= MIN_MOTION_AREA;
-        let order =
-            |a: &&(usize, _), b: &&(usize, _)| self.blobs[a.0].greatest().total_cmp(&self.blobs[b.0].greatest());
+        let worth = |o: &&(usize, Option<&'static str>)| blobs[o.0].area >= MIN_MOTION_AREA;
+        let order = |a: &&(usize, _), b: &&(usize, _)| blobs[a.0].greatest().total_cmp(&blobs[b.0].greatest());
         if let Some((i, reason)) = self.others.iter().filter(worth).max_by(order) {
-            let blob = &self.blobs[*i];
+            let blob = &blobs[*i];
             let [x, y] = blob.centre();
             let (area, peak) = (blob.area, blob.greatest());
             let why = reason.unwrap_or("there are too many");

@@ -9,10 +9,38 @@ pub struct Run {
     pub class: u8,
 }
 
-/// The component of each run (8-connected, one class each), numbered from 0 in order of their first
-/// run, and their number. Runs ascend by row, then by column, and are disjoint.
-pub fn label(runs: &[Run]) -> (Vec<u32>, usize) {
-    let mut parent: Vec<u32> = (0..runs.len() as u32).collect();
+/// Room is made for as many runs at once: noise makes more of them in one frame than in another.
+pub const USUAL_RUNS: usize = 256;
+
+/// Memory that serves one labelling after the other.
+#[derive(Debug, Default)]
+pub struct Components {
+    parent: Vec<u32>,
+    labels: Vec<u32>,
+}
+
+impl Components {
+    /// The component of each run (8-connected, one class each), numbered from 0 in order of their first
+    /// run, and their number. Runs ascend by row, then by column, and are disjoint.
+    pub fn label(&mut self, runs: &[Run]) -> (&[u32], usize) {
+        self.parent.clear();
+        self.labels.clear();
+        self.parent.reserve(USUAL_RUNS);
+        self.labels.reserve(USUAL_RUNS);
+        self.parent.extend(0..runs.len() as u32);
+        connect(runs, &mut self.parent);
+        let mut count = 0;
+        for i in 0..runs.len() as u32 {
+            let root = find(&mut self.parent, i);
+            // A root is the least run of its component, so it was numbered before.
+            self.labels.push(if root == i { count } else { self.labels[root as usize] });
+            count += (root == i) as u32;
+        }
+        (&self.labels, count as usize)
+    }
+}
+
+fn connect(runs: &[Run], parent: &mut [u32]) {
     // Runs of the row above that may still touch the current one begin here.
     let (mut above, mut row_start) = (0, 0);
     for i in 0..runs.len() {
@@ -27,22 +55,13 @@ pub fn label(runs: &[Run]) -> (Vec<u32>, usize) {
         }
         for j in (above..row_start).take_while(|&j| runs[j].start <= run.end) {
             if runs[j].class == run.class {
-                join(&mut parent, j as u32, i as u32);
+                join(parent, j as u32, i as u32);
             }
         }
         if i > row_start && runs[i - 1].end == run.start && runs[i - 1].class == run.class {
-            join(&mut parent, (i - 1) as u32, i as u32);
+            join(parent, (i - 1) as u32, i as u32);
         }
     }
-    let mut labels = vec![0; runs.len()];
-    let mut count = 0;
-    for i in 0..runs.len() as u32 {
-        let root = find(&mut parent, i);
-        // A root is the least run of its component, so it was numbered before.
-        labels[i as usize] = if root == i { count } else { labels[root as usize] };
-        count += (root == i) as u32;
-    }
-    (labels, count as usize)
 }
 
 fn find(parent: &mut [u32], mut i: u32) -> u32 {
@@ -91,6 +110,7 @@ mod tests {
     #[test]
     fn labels_are_those_of_flooding() {
         let mut rng = ChaCha8Rng::seed_from_u64(4);
+        let mut components = Components::default();
         for trial in 0..300 {
             let fill = 1 + trial % 7;
             let pixels: Vec<Vec<u8>> = (0..13)
@@ -108,15 +128,15 @@ mod tests {
                     }
                 }
             }
-            let (labels, count) = label(&runs);
+            let (labels, count) = components.label(&runs);
             let wanted = flood(&pixels);
             assert_eq!(count as u32, wanted.iter().flatten().flatten().max().map_or(0, |m| m + 1));
             for (run, l) in runs.iter().zip(labels) {
                 for x in run.start..run.end {
-                    assert_eq!(wanted[run.row as usize][x as usize], Some(l));
+                    assert_eq!(wanted[run.row as usize][x as usize], Some(*l));
                 }
             }
         }
-        assert_eq!(label(&[]), (vec![], 0));
+        assert_eq!(components.label(&[]), (&[][..], 0));
     }
 }

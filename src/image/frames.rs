@@ -72,8 +72,13 @@ impl<'a> FrameMean<'a> {
     pub fn read(&self, channel: Channel, x: usize, y: usize, out: &mut [f32]) {
         out.fill(0.0);
         for frame in self.frames {
-            let bytes = frame.row(0, y)[x * channel.step + channel.offset..].iter().step_by(channel.step);
-            out.iter_mut().zip(bytes).for_each(|(sum, b)| *sum += *b as f32);
+            let bytes = &frame.row(0, y)[x * channel.step..(x + out.len()) * channel.step];
+            match channel.step {
+                1 => add::<1>(out, bytes, 0),
+                2 => add::<2>(out, bytes, channel.offset),
+                3 => add::<3>(out, bytes, channel.offset),
+                _ => add::<4>(out, bytes, channel.offset),
+            }
         }
         if self.frames.len() > 1 {
             let scale = 1.0 / self.frames.len() as f32;
@@ -87,10 +92,13 @@ impl<'a> FrameMean<'a> {
         value[0]
     }
 
-    /// The greatest value of a pixel in any of the frames: a mean hides a clipped one.
-    pub fn brightest(&self, channel: Channel, x: usize, y: usize) -> u8 {
-        let byte = x * channel.step + channel.offset;
-        self.frames.iter().map(|f| f.row(0, y)[byte]).max().unwrap_or(0)
+    /// The greatest values of `out.len()` pixels in any of the frames: a mean hides a clipped one.
+    pub fn brightest(&self, channel: Channel, x: usize, y: usize, out: &mut [u8]) {
+        out.fill(0);
+        for frame in self.frames {
+            let bytes = frame.row(0, y)[x * channel.step + channel.offset..].iter().step_by(channel.step);
+            out.iter_mut().zip(bytes).for_each(|(most, b)| *most = (*most).max(*b));
+        }
     }
 
     /// Red, green, blue of a pixel.
@@ -120,6 +128,13 @@ impl<'a> FrameMean<'a> {
         buffer.mean.clear();
         buffer.mean.extend(buffer.sums.iter().map(|s| (*s as f32 / n + 0.5) as u8));
         &buffer.mean
+    }
+}
+
+/// Adds one byte of each pixel.
+fn add<const STEP: usize>(out: &mut [f32], bytes: &[u8], offset: usize) {
+    for (sum, pixel) in out.iter_mut().zip(bytes.as_chunks::<STEP>().0) {
+        *sum += pixel[offset % STEP] as f32;
     }
 }
 

@@ -4,10 +4,12 @@ pub mod area;
 pub mod components;
 pub mod depth;
 pub mod difference;
+pub mod exponential;
 pub mod frames;
 pub mod photometry;
 pub mod pixel_format;
 pub mod pyramid;
+pub mod vectors;
 pub mod view;
 
 pub use depth::{DepthMap, DepthNoise, InverseDepth};

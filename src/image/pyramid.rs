@@ -1,6 +1,8 @@
 //! Grey images of any format, and their pyramid: each level is half as wide and high as the one
 //! before, the mean of 2 x 2 pixels.
+#![allow(unsafe_code)]
 
+use super::vectors::for_each_processor;
 use super::{ImageView, PixelFormat};
 
 /// A grey image: rows of one byte a pixel.
@@ -60,12 +62,19 @@ impl<'a> Grey<'a> {
         let (width, height) = (self.width / 2, self.height / 2);
         let mut pixels = vec![0u8; width * height];
         for (y, out) in pixels.chunks_exact_mut(width.max(1)).enumerate() {
-            let (upper, lower) = (self.row(2 * y).chunks_exact(2), self.row(2 * y + 1).chunks_exact(2));
-            for ((out, a), b) in out.iter_mut().zip(upper).zip(lower) {
-                *out = ((a[0] as u16 + a[1] as u16 + b[0] as u16 + b[1] as u16 + 2) >> 2) as u8;
-            }
+            halve(out, self.row(2 * y), self.row(2 * y + 1));
         }
         Grey { width, height, pixels: Pixels::Packed(pixels) }
+    }
+}
+
+for_each_processor! {
+    /// Means of 2 x 2 pixels of two rows.
+    fn halve(out: &mut [u8], upper: &[u8], lower: &[u8]) {
+        let pairs = upper.as_chunks::<2>().0.iter().zip(lower.as_chunks::<2>().0);
+        for (out, (a, b)) in out.iter_mut().zip(pairs) {
+            *out = ((a[0] as u16 + a[1] as u16 + b[0] as u16 + b[1] as u16 + 2) >> 2) as u8;
+        }
     }
 }
 

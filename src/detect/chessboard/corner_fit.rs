@@ -5,9 +5,17 @@
 //! normal variables: the product of two error functions plus the integral of their joint density over
 //! the correlation (Plackett, Biometrika 1954; Drezner and Wesolowsky 1990).
 
+#![allow(unsafe_code)]
+
 use nalgebra::{SMatrix, SVector};
 
+use crate::image::exponential::exponential;
 use crate::image::pyramid::Grey;
+use crate::image::vectors::for_each_processor;
+
+/// Pixels that are worked on together, see [`crate::image::vectors`].
+const LANES: usize = 8;
+type Lanes = [f64; LANES];
 
 const PARAMETERS: usize = 9;
 type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
@@ -28,9 +36,10 @@ const MIN_BLUR: f64 = 0.45;
 const MAX_GRADIENT: f64 = 0.5;
 /// Variance of rounding to whole grey levels: no fit is better.
 const QUANTISATION: f64 = 1.0 / 12.0;
-/// Correlations of the edges that are too small to matter, and exponents.
+/// Of a window.
+const MAX_PIXELS: usize = 14 * 14;
+/// Correlations of the edges that are too small to matter.
 const PERPENDICULAR: f64 = 0.02;
-const NEGLIGIBLE: f64 = -8.0;
 
 /// What is known of a corner before it is fitted; pixels of the image.
 #[derive(Debug, Clone, Copy)]
@@ -79,6 +88,7 @@ impl EdgeProfile {
     }
 
     /// Value and derivative, linear between the entries: right to 3e-5.
+    #[inline(always)]
     fn at(&self, z: f64) -> [f64; 2] {
         let t = z.abs() * STEPS;
         if t >= STEPS * REACH {
@@ -114,7 +124,7 @@ impl Start {
         model.start_levels(&window, profile)?;
         let mut last = [0.0; 2];
         for _ in 0..MAX_ITERATIONS {
-            let normal = model.normal(&window, profile);
+            let normal = normal(&model, &window, profile);
             let factor = normal.matrix.cholesky()?;
             let step = factor.solve(&normal.gradient);
             let moved = step[0].hypot(step[1]);
@@ -136,7 +146,7 @@ impl Start {
     }
 
     fn judge(&self, model: &Model, cost: f64, inverse: &Matrix, window: &Window) -> Option<CornerFit> {
-        let count = window.pixels.len() as f64;
+        let count = window.count as f64;
         let noise = (cost / (count - PARAMETERS as f64)).max(QUANTISATION);
         let fit = CornerFit {
             position: [model.p[0], model.p[1]],
@@ -154,8 +164,17 @@ impl Start {
 
 /// The pixels of a corner: a disc cut off before the next edges.
 struct Window {
-    /// x, y and level.
-    pixels: Vec<[f64; 3]>,
+    count: usize,
+    pixels: Vec<Pixels>,
+}
+
+/// Some of a window's pixels; those that are none weigh 0.
+#[derive(Clone, Copy)]
+struct Pixels {
+    x: Lanes,
+    y: Lanes,
+    level: Lanes,
+    weight: Lanes,
 }
 
 impl Window {
@@ -179,7 +198,9 @@ impl Window {
         if !inside {
             return None;
         }
-        let mut pixels = Vec::with_capacity(((right - left + 1.0) * (bottom - top + 1.0)) as usize);
+        let mut count = 0;
+        let none = Pixels { x: [cx; LANES], y: [cy; LANES], level: [0.0; LANES], weight: [0.0; LANES] };
+        let mut pixels: Vec<Pixels> = Vec::with_capacity(MAX_PIXELS / LANES + 1);
         for y in top as usize..=bottom as usize {
             let dy = y as f64 - cy;
             for (x, level) in image.row(y).iter().enumerate().take(right as usize + 1).skip(left as usize) {
@@ -187,17 +208,26 @@ impl Window {
                 let along_u = (dx * v[1] - dy * v[0]) / area;
                 let along_v = (u[0] * dy - u[1] * dx) / area;
                 if dx * dx + dy * dy <= RADIUS * RADIUS && along_u.abs() <= free_u && along_v.abs() <= free_v {
-                    pixels.push([x as f64, y as f64, *level as f64]);
+                    let lane = count % LANES;
+                    if lane == 0 {
+                        pixels.push(none);
+                    }
+                    if let Some(p) = pixels.last_mut() {
+                        (p.x[lane], p.y[lane], p.level[lane]) = (x as f64, y as f64, *level as f64);
+                        p.weight[lane] = 1.0;
+                    }
+                    count += 1;
                 }
             }
         }
-        (pixels.len() >= 2 * PARAMETERS).then_some(Self { pixels })
+        (count >= 2 * PARAMETERS).then_some(Self { count, pixels })
     }
 
     /// Sum of squares about the mean.
     fn variation(&self) -> f64 {
-        let mean = self.pixels.iter().map(|p| p[2]).sum::<f64>() / self.pixels.len() as f64;
-        self.pixels.iter().map(|p| (p[2] - mean) * (p[2] - mean)).sum()
+        let levels = || self.pixels.iter().flat_map(|p| p.level).take(self.count);
+        let mean = levels().sum::<f64>() / self.count as f64;
+        levels().map(|l| (l - mean) * (l - mean)).sum()
     }
 }
 
@@ -209,23 +239,15 @@ struct Normal {
 
 /// The corner's image between -1 and 1 and its derivatives with respect to z of either edge.
 struct Shape {
-    value: f64,
-    slopes: [f64; 2],
+    value: Lanes,
+    slopes: [Lanes; 2],
 }
 
 impl Model {
     /// Mean level and amplitude by linear regression on the shape.
     fn start_levels(&mut self, window: &Window, profile: &EdgeProfile) -> Option<()> {
-        let [mut s, mut ss, mut l, mut sl] = [0.0; 4];
-        let edges = self.edges();
-        for [x, y, level] in &window.pixels {
-            let shape = edges.shape(x - self.p[0], y - self.p[1], profile).value;
-            s += shape;
-            ss += shape * shape;
-            l += level;
-            sl += shape * level;
-        }
-        let n = window.pixels.len() as f64;
+        let [s, ss, l, sl] = level_sums(self, window, profile);
+        let n = window.count as f64;
         let determinant = n * ss - s * s;
         self.p[6] = (n * sl - s * l) / determinant;
         self.p[5] = (l - self.p[6] * s) / n;
@@ -247,52 +269,95 @@ impl Model {
         Edges { normals, sharpness, nodes, weight }
     }
 
+    /// Of the pixels from the centre.
+    #[inline(always)]
+    fn offsets(&self, pixels: &Pixels) -> (Lanes, Lanes) {
+        let (mut dx, mut dy) = ([0.0; LANES], [0.0; LANES]);
+        for l in 0..LANES {
+            (dx[l], dy[l]) = (pixels.x[l] - self.p[0], pixels.y[l] - self.p[1]);
+        }
+        (dx, dy)
+    }
+
     fn is_possible(&self, start: &Start) -> bool {
         let moved = (self.p[0] - start.position[0]).hypot(self.p[1] - start.position[1]);
         let crossing = (self.p[3] - self.p[2]).sin();
         self.p.iter().all(|v| v.is_finite()) && moved < 0.5 * RADIUS && self.p[4] < 0.8 * RADIUS && crossing > 0.1
     }
+}
 
-    fn normal(&self, window: &Window, profile: &EdgeProfile) -> Normal {
-        let p = &self.p;
-        let edges = self.edges();
-        let [n1, n2] = edges.normals;
-        let mut matrix = [[0.0f64; PARAMETERS]; PARAMETERS];
-        let mut gradient = [0.0f64; PARAMETERS];
-        let mut cost = 0.0;
-        for [x, y, level] in &window.pixels {
-            let (dx, dy) = (x - p[0], y - p[1]);
-            let Shape { value, slopes: [q1, q2] } = edges.shape(dx, dy, profile);
-            let (ox, oy) = (x - self.origin[0], y - self.origin[1]);
-            let light = 1.0 + p[7] * ox + p[8] * oy;
-            let reflectance = p[5] + p[6] * value;
-            let scale = p[6] * light * edges.sharpness;
-            let (s1, s2) = (scale * q1, scale * q2);
-            let (d1, d2) = (n1[0] * dx + n1[1] * dy, n2[0] * dx + n2[1] * dy);
-            let row = [
-                -(s1 * n1[0] + s2 * n2[0]),
-                -(s1 * n1[1] + s2 * n2[1]),
-                // An edge turned moves across itself by the distance along it.
-                -s1 * (n1[1] * dx - n1[0] * dy),
-                s2 * (-n2[1] * dx + n2[0] * dy),
-                -(s1 * d1 + s2 * d2) * edges.sharpness,
-                light,
-                value * light,
-                reflectance * ox,
-                reflectance * oy,
-            ];
-            let residual = level - reflectance * light;
-            cost += residual * residual;
-            for (k, a) in row.iter().enumerate() {
-                gradient[k] += a * residual;
-                // One half is enough.
-                for (m, b) in matrix[k][..=k].iter_mut().zip(&row) {
-                    *m += a * b;
-                }
+for_each_processor! {
+    /// Sums of shape, shape^2, level and shape x level.
+    fn level_sums(model: &Model, window: &Window, profile: &EdgeProfile) -> [f64; 4] {
+        let edges = model.edges();
+        let mut sums = [[0.0; LANES]; 4];
+        for pixels in &window.pixels {
+            let (dx, dy) = model.offsets(pixels);
+            let shape = edges.shape(&dx, &dy, profile).value;
+            for l in 0..LANES {
+                let (shape, level) = (pixels.weight[l] * shape[l], pixels.level[l]);
+                sums[0][l] += shape;
+                sums[1][l] += shape * shape;
+                sums[2][l] += level;
+                sums[3][l] += shape * level;
             }
         }
-        let matrix = Matrix::from_fn(|i, j| matrix[i.max(j)][i.min(j)]);
-        Normal { cost, matrix, gradient: Vector::from(gradient) }
+        sums.map(|lanes| lanes.iter().sum())
+    }
+
+    fn normal(model: &Model, window: &Window, profile: &EdgeProfile) -> Normal {
+        let p = &model.p;
+        let edges = model.edges();
+        let [n1, n2] = edges.normals;
+        // The lower half, row after row.
+        let mut products = [[0.0; LANES]; PARAMETERS * (PARAMETERS + 1) / 2];
+        let mut gradient = [[0.0; LANES]; PARAMETERS];
+        let mut cost = [0.0; LANES];
+        for pixels in &window.pixels {
+            let (dx, dy) = model.offsets(pixels);
+            let Shape { value, slopes: [q1, q2] } = edges.shape(&dx, &dy, profile);
+            let mut rows = [[0.0; LANES]; PARAMETERS];
+            let mut residual = [0.0; LANES];
+            for l in 0..LANES {
+                let (dx, dy, w) = (dx[l], dy[l], pixels.weight[l]);
+                let (ox, oy) = (pixels.x[l] - model.origin[0], pixels.y[l] - model.origin[1]);
+                let light = w * (1.0 + p[7] * ox + p[8] * oy);
+                let reflectance = p[5] + p[6] * value[l];
+                let scale = p[6] * light * edges.sharpness;
+                let (s1, s2) = (scale * q1[l], scale * q2[l]);
+                let (d1, d2) = (n1[0] * dx + n1[1] * dy, n2[0] * dx + n2[1] * dy);
+                rows[0][l] = -(s1 * n1[0] + s2 * n2[0]);
+                rows[1][l] = -(s1 * n1[1] + s2 * n2[1]);
+                // An edge turned moves across itself by the distance along it.
+                rows[2][l] = -s1 * (n1[1] * dx - n1[0] * dy);
+                rows[3][l] = s2 * (-n2[1] * dx + n2[0] * dy);
+                rows[4][l] = -(s1 * d1 + s2 * d2) * edges.sharpness;
+                rows[5][l] = light;
+                rows[6][l] = value[l] * light;
+                rows[7][l] = w * reflectance * ox;
+                rows[8][l] = w * reflectance * oy;
+                // The level of what is no pixel is 0, too.
+                residual[l] = pixels.level[l] - reflectance * light;
+            }
+            for l in 0..LANES {
+                cost[l] += residual[l] * residual[l];
+            }
+            let mut next = 0;
+            for k in 0..PARAMETERS {
+                for l in 0..LANES {
+                    gradient[k][l] += rows[k][l] * residual[l];
+                }
+                for m in 0..=k {
+                    for l in 0..LANES {
+                        products[next + m][l] += rows[k][l] * rows[m][l];
+                    }
+                }
+                next += k + 1;
+            }
+        }
+        let sum = |lanes: Lanes| lanes.iter().sum::<f64>();
+        let matrix = Matrix::from_fn(|i, j| sum(products[i.max(j) * (i.max(j) + 1) / 2 + i.min(j)]));
+        Normal { cost: sum(cost), matrix, gradient: Vector::from(gradient.map(sum)) }
     }
 }
 
@@ -306,26 +371,40 @@ struct Edges {
 }
 
 impl Edges {
-    fn shape(&self, dx: f64, dy: f64, profile: &EdgeProfile) -> Shape {
-        let [z1, z2] = self.normals.map(|n| (n[0] * dx + n[1] * dy) * self.sharpness);
-        let ([e1, g1], [e2, g2]) = (profile.at(z1), profile.at(z2));
-        let mut shape = Shape { value: e1 * e2, slopes: [g1 * e2, e1 * g2] };
+    #[inline(always)]
+    fn shape(&self, dx: &Lanes, dy: &Lanes, profile: &EdgeProfile) -> Shape {
+        let mut z = [[0.0; LANES]; 2];
+        for (z, n) in z.iter_mut().zip(self.normals) {
+            for ((z, dx), dy) in z.iter_mut().zip(dx).zip(dy) {
+                *z = (n[0] * dx + n[1] * dy) * self.sharpness;
+            }
+        }
+        let mut shape = Shape { value: [0.0; LANES], slopes: [[0.0; LANES]; 2] };
+        let [z1, z2] = &z;
+        for (l, (z1, z2)) in z1.iter().zip(z2).enumerate() {
+            let ([e1, g1], [e2, g2]) = (profile.at(*z1), profile.at(*z2));
+            shape.value[l] = e1 * e2;
+            shape.slopes[0][l] = g1 * e2;
+            shape.slopes[1][l] = e1 * g2;
+        }
         if self.weight != 0.0 {
-            self.add_correlation(z1, z2, &mut shape);
+            self.add_correlation(&z, &mut shape);
         }
         shape
     }
 
     /// 2 / pi times the integral of exp(-(z1^2 - 2 z1 z2 sin t + z2^2) / (2 cos^2 t)) over t from 0 to
     /// asin(correlation), by Gauss's rule with two nodes.
-    fn add_correlation(&self, z1: f64, z2: f64, shape: &mut Shape) {
+    #[inline(always)]
+    fn add_correlation(&self, [z1, z2]: &[Lanes; 2], shape: &mut Shape) {
         for [sine, inverse] in self.nodes {
-            let exponent = -0.5 * (z1 * z1 - 2.0 * z1 * z2 * sine + z2 * z2) * inverse;
-            if exponent > NEGLIGIBLE {
-                let term = self.weight * exponent.exp();
-                shape.value += term;
-                shape.slopes[0] -= term * (z1 - z2 * sine) * inverse;
-                shape.slopes[1] -= term * (z2 - z1 * sine) * inverse;
+            for l in 0..LANES {
+                let (z1, z2) = (z1[l], z2[l]);
+                let exponent = -0.5 * (z1 * z1 - 2.0 * z1 * z2 * sine + z2 * z2) * inverse;
+                let term = self.weight * exponential(exponent);
+                shape.value[l] += term;
+                shape.slopes[0][l] -= term * (z1 - z2 * sine) * inverse;
+                shape.slopes[1][l] -= term * (z2 - z1 * sine) * inverse;
             }
         }
     }

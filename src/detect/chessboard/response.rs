@@ -3,9 +3,12 @@
 //! so that squares of 5 pixels are resolved; larger and blurred ones are for the pyramid's coarser
 //! levels.
 //!
-//! All arithmetic is on bytes, 16 pixels at a time, row by row: the compiler makes vector code of it.
+//! All arithmetic is on bytes, row by row, compiled for the processor at hand: see
+//! [`crate::image::vectors`].
+#![allow(unsafe_code)]
 
 use crate::image::pyramid::Grey;
+use crate::image::vectors::for_each_processor;
 
 /// Of the ring.
 pub const RADIUS: usize = 3;
@@ -13,7 +16,8 @@ pub const RADIUS: usize = 3;
 const SUPPRESSION: usize = 2;
 /// Rows of the rolling buffers: a power of two that holds a ring's and a neighbourhood's.
 const ROWS: usize = 8;
-const LANES: usize = 16;
+/// Pixels that are worked on together.
+const LANES: usize = 64;
 /// In the square about the ring, clockwise; opposite samples are 8 apart, perpendicular ones 4.
 pub const RING: [(usize, usize); 16] = [
     (3, 0),
@@ -33,6 +37,9 @@ pub const RING: [(usize, usize); 16] = [
     (1, 1),
     (2, 0),
 ];
+
+/// Pixels that are looked at together for one that responds.
+const BLOCK: usize = 32;
 
 type Lanes = [u8; LANES];
 
@@ -73,8 +80,7 @@ pub fn peaks(image: &Grey<'_>, threshold: u8, limit: usize) -> Vec<Peak> {
             out.fill(0);
         }
         let Some(middle) = centre.checked_sub(SUPPRESSION).filter(|m| *m >= RADIUS + SUPPRESSION) else { continue };
-        let rows: [&[u8]; 2 * SUPPRESSION + 1] =
-            std::array::from_fn(|i| &response[slot(middle - SUPPRESSION + i)][..width]);
+        let rows: [&[u8]; 2 * SUPPRESSION + 1] = std::array::from_fn(|i| &response[slot(middle - SUPPRESSION + i)]);
         collect(&rows, middle as u32, &mut peaks);
     }
     if peaks.len() > limit {
@@ -83,61 +89,72 @@ pub fn peaks(image: &Grey<'_>, threshold: u8, limit: usize) -> Vec<Peak> {
     peaks
 }
 
-/// A 3 x 3 binomial filter.
-fn smooth_row([above, here, below]: [&[u8]; 3], column: &mut [u8], out: &mut [u8]) {
-    for (((c, a), h), b) in column.iter_mut().zip(above).zip(here).zip(below) {
-        *c = mean(mean(*a, *b), *h);
+for_each_processor! {
+    /// A 3 x 3 binomial filter.
+    fn smooth_row(rows: [&[u8]; 3], column: &mut [u8], out: &mut [u8]) {
+        let n = column.len();
+        let [above, here, below] = rows.map(|r| &r[..n]);
+        for x in 0..n {
+            column[x] = mean(mean(above[x], below[x]), here[x]);
+        }
+        (out[0], out[n - 1]) = (column[0], column[n - 1]);
+        let (left, middle, right) = (&column[..n - 2], &column[1..n - 1], &column[2..]);
+        let out = &mut out[1..n - 1];
+        for x in 0..n - 2 {
+            out[x] = mean(mean(left[x], right[x]), middle[x]);
+        }
     }
-    let last = column.len() - 1;
-    (out[0], out[last]) = (column[0], column[last]);
-    let (left, right) = (&column[..last - 1], &column[2..]);
-    for (((o, l), c), r) in out[1..last].iter_mut().zip(left).zip(&column[1..last]).zip(right) {
-        *o = mean(mean(*l, *r), *c);
+
+    /// Sum response minus difference response minus mean response, each as a mean of bytes, in grey levels
+    /// above the threshold. Writes zeros up to the end of `out`.
+    fn respond(rows: &[&[u8]; 2 * RADIUS + 1], width: usize, threshold: u8, out: &mut [u8]) {
+        out[..RADIUS].fill(0);
+        let inner = width - 2 * RADIUS;
+        for x in (0..inner).step_by(LANES) {
+            let mut means = [[0; LANES]; 8];
+            let mut differences = [[0; LANES]; 8];
+            for k in 0..8 {
+                let (a, b) = (lanes(rows, x, RING[k]), lanes(rows, x, RING[k + 8]));
+                for l in 0..LANES {
+                    // Of opposite samples.
+                    means[k][l] = mean(a[l], b[l]);
+                    differences[k][l] = a[l].abs_diff(b[l]);
+                }
+            }
+            let [above, left, right, below, middle] = [(3, 2), (2, 3), (4, 3), (3, 4), (3, 3)].map(|p| lanes(rows, x, p));
+            let found = &mut out[x + RADIUS..x + RADIUS + LANES];
+            for l in 0..LANES {
+                let m = [means[0][l], means[1][l], means[2][l], means[3][l]];
+                let n = [means[4][l], means[5][l], means[6][l], means[7][l]];
+                let d = [differences[0][l], differences[1][l], differences[2][l], differences[3][l]];
+                let e = [differences[4][l], differences[5][l], differences[6][l], differences[7][l]];
+                let sum = mean4([
+                    m[0].abs_diff(n[0]),
+                    m[1].abs_diff(n[1]),
+                    m[2].abs_diff(n[2]),
+                    m[3].abs_diff(n[3]),
+                ]);
+                let difference = mean(mean4(d), mean4(e));
+                let centre = mean(mean4([above[l], left[l], right[l], below[l]]), middle[l]);
+                let offset = centre.abs_diff(mean(mean4(m), mean4(n)));
+                let above = sum.saturating_sub(difference).saturating_sub(offset).saturating_sub(offset);
+                found[l] = above.saturating_sub(threshold);
+            }
+        }
+        out[width - RADIUS..].fill(0);
     }
+
 }
 
-/// Sum response minus difference response minus mean response, each as a mean of bytes, in grey levels
-/// above the threshold.
-fn respond(rows: &[&[u8]; 2 * RADIUS + 1], width: usize, threshold: u8, out: &mut [u8]) {
-    out[..RADIUS].fill(0);
-    let inner = width - 2 * RADIUS;
-    for x in (0..inner).step_by(LANES) {
-        let at = |(dx, dy): (usize, usize)| -> Lanes {
-            let mut lanes = [0; LANES];
-            lanes.copy_from_slice(&rows[dy][x + dx..x + dx + LANES]);
-            lanes
-        };
-        let ring: [Lanes; 16] = RING.map(at);
-        // Of opposite samples.
-        let means: [Lanes; 8] = std::array::from_fn(|k| each(ring[k], ring[k + 8], mean));
-        let differences: [Lanes; 8] = std::array::from_fn(|k| each(ring[k], ring[k + 8], u8::abs_diff));
-        let sums: [Lanes; 4] = std::array::from_fn(|k| each(means[k], means[k + 4], u8::abs_diff));
-        let sum = mean4(sums);
-        let difference = mean8(differences);
-        let around = mean4([at((3, 2)), at((2, 3)), at((4, 3)), at((3, 4))]);
-        let centre = each(around, at((3, 3)), mean);
-        let offset = each(centre, mean8(means), u8::abs_diff);
-        let found = each(each(sum, difference, u8::saturating_sub), offset, |s, o| {
-            s.saturating_sub(o).saturating_sub(o).saturating_sub(threshold)
-        });
-        out[x + RADIUS..x + RADIUS + LANES].copy_from_slice(&found);
-    }
-    out[width - RADIUS..].fill(0);
+/// The pixels about x of one sample of the ring.
+#[inline(always)]
+fn lanes<'a>(rows: &[&'a [u8]; 2 * RADIUS + 1], x: usize, (dx, dy): (usize, usize)) -> &'a Lanes {
+    rows[dy][x + dx..].first_chunk().unwrap_or(&[0; LANES])
 }
 
 #[inline(always)]
-fn each(a: Lanes, b: Lanes, f: impl Fn(u8, u8) -> u8) -> Lanes {
-    std::array::from_fn(|i| f(a[i], b[i]))
-}
-
-#[inline(always)]
-fn mean4([a, b, c, d]: [Lanes; 4]) -> Lanes {
-    each(each(a, b, mean), each(c, d, mean), mean)
-}
-
-#[inline(always)]
-fn mean8([a, b, c, d, e, f, g, h]: [Lanes; 8]) -> Lanes {
-    each(mean4([a, b, c, d]), mean4([e, f, g, h]), mean)
+fn mean4([a, b, c, d]: [u8; 4]) -> u8 {
+    mean(mean(a, b), mean(c, d))
 }
 
 /// Rounded up.
@@ -149,13 +166,13 @@ fn mean(a: u8, b: u8) -> u8 {
 /// Peaks of the middle row.
 fn collect(rows: &[&[u8]; 2 * SUPPRESSION + 1], y: u32, peaks: &mut Vec<Peak>) {
     let middle = rows[SUPPRESSION];
-    // Nearly all are zero: eight at a time.
-    for (block, bytes) in middle.chunks(8).enumerate() {
+    // Nearly all are zero, as all beyond the image's width are.
+    for (block, bytes) in middle.as_chunks::<BLOCK>().0.iter().enumerate() {
         if bytes.iter().fold(0, |any, b| any | b) == 0 {
             continue;
         }
         for (i, &strength) in bytes.iter().enumerate().filter(|(_, b)| **b > 0) {
-            let x = 8 * block + i;
+            let x = BLOCK * block + i;
             let columns = x.saturating_sub(SUPPRESSION)..(x + SUPPRESSION + 1).min(middle.len());
             let before = |row: &[u8], columns: std::ops::Range<usize>| row[columns].iter().all(|b| *b < strength);
             let after = |row: &[u8], columns: std::ops::Range<usize>| row[columns].iter().all(|b| *b <= strength);

@@ -1,72 +1,13 @@
 //! The loops where the time goes, compiled for the processor at hand.
 //!
-//! Each is plain code that the compiler vectorises; the same body is compiled for AVX-512, for AVX2 and
-//! for whatever the target has, and the widest one that the processor can run is called. No path fuses
-//! multiplication and addition or reorders a sum: all give the same bits.
+//! The same bits on every processor: see [`crate::image::vectors`].
 #![allow(unsafe_code)]
+
+use crate::image::vectors::for_each_processor;
 
 /// Columns that are worked on together; rows are padded to a multiple of it.
 pub const LANES: usize = 64;
 pub type Lanes = [f32; LANES];
-
-#[cfg(target_arch = "x86_64")]
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Vectors {
-    Baseline,
-    Avx2,
-    Avx512,
-}
-
-/// What the processor can run; the features are looked up once.
-#[cfg(target_arch = "x86_64")]
-fn widest() -> Vectors {
-    let avx512 = is_x86_feature_detected!("avx512f")
-        && is_x86_feature_detected!("avx512bw")
-        && is_x86_feature_detected!("avx512dq")
-        && is_x86_feature_detected!("avx512vl");
-    let widest = match (avx512, is_x86_feature_detected!("avx2")) {
-        (true, _) => Vectors::Avx512,
-        (false, true) => Vectors::Avx2,
-        (false, false) => Vectors::Baseline,
-    };
-    #[cfg(test)]
-    let widest = widest.min(tests::LIMIT.get());
-    widest
-}
-
-/// Defines functions that choose among the compilations of their body.
-macro_rules! for_each_processor {
-    ($($(#[$doc:meta])* pub fn $name:ident($($arg:ident: $type:ty),* $(,)?) $body:block)*) => { $(
-        $(#[$doc])*
-        #[allow(clippy::too_many_arguments)]
-        pub fn $name($($arg: $type),*) {
-            #[inline(always)]
-            #[allow(clippy::too_many_arguments)]
-            fn body($($arg: $type),*) $body
-            #[cfg(target_arch = "x86_64")]
-            {
-                #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
-                #[allow(clippy::too_many_arguments)]
-                fn avx512($($arg: $type),*) {
-                    body($($arg),*)
-                }
-                #[target_feature(enable = "avx2")]
-                #[allow(clippy::too_many_arguments)]
-                fn avx2($($arg: $type),*) {
-                    body($($arg),*)
-                }
-                match widest() {
-                    // SAFETY: the processor has the features.
-                    Vectors::Avx512 => return unsafe { avx512($($arg),*) },
-                    // SAFETY: the processor has the feature.
-                    Vectors::Avx2 => return unsafe { avx2($($arg),*) },
-                    Vectors::Baseline => {}
-                }
-            }
-            body($($arg),*)
-        }
-    )* };
-}
 
 for_each_processor! {
     /// A symmetric filter: out = weights[0] centre + sum of weights[j] (pairs[j - 1][0] + pairs[j - 1][1]),
@@ -234,14 +175,8 @@ fn arctangent(y: f32, x: f32) -> f32 {
 }
 
 #[cfg(test)]
-pub mod tests {
+mod tests {
     use super::*;
-
-    #[cfg(target_arch = "x86_64")]
-    thread_local! {
-        /// The widest vectors that a test wants.
-        pub static LIMIT: std::cell::Cell<Vectors> = const { std::cell::Cell::new(Vectors::Avx512) };
-    }
 
     #[test]
     fn the_arctangent_is_good_to_3e_6() {

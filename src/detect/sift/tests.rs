@@ -4,10 +4,9 @@
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
-#[cfg(target_arch = "x86_64")]
-use super::kernels::tests::LIMIT;
 use super::*;
 use crate::error::Status;
+use crate::image::vectors::tests::of_each_processor;
 use crate::image::{Image, PixelFormat};
 
 /// x, y, standard deviation (pixels) and height (grey levels) of a Gaussian.
@@ -217,19 +216,11 @@ fn features_survive_rotation_scale_and_noise() {
 
 #[test]
 fn every_processor_finds_the_same() {
-    #[cfg(target_arch = "x86_64")]
-    {
-        use super::kernels::Vectors;
-        let blobs = Similarity { scale: 1.0, angle: 0.0, t: [90.0, 70.0] }.blobs(&scene(200, 100.0, 5));
-        let image = render(181, 143, &blobs, 2.0, 6);
-        let widest = everything(&image);
-        for limit in [Vectors::Avx2, Vectors::Baseline] {
-            LIMIT.set(limit);
-            assert_eq!(everything(&image), widest, "{limit:?}");
-        }
-        LIMIT.set(Vectors::Avx512);
-        assert!(widest.keypoints.len() > 50);
-    }
+    let blobs = Similarity { scale: 1.0, angle: 0.0, t: [90.0, 70.0] }.blobs(&scene(200, 100.0, 5));
+    let image = render(181, 143, &blobs, 2.0, 6);
+    let found = of_each_processor(|| everything(&image));
+    assert!(found[0].keypoints.len() > 50);
+    assert!(found.iter().all(|f| *f == found[0]));
 }
 
 #[test]

@@ -1,7 +1,14 @@
 //! Maximum-likelihood fit of an elliptical Gaussian to a spot: its centre reaches the Cramer-Rao
 //! bound where the spot is one, and says so in its covariance where it is not.
 
+mod kernels;
+
 use nalgebra::{SMatrix, SVector};
+
+/// Columns that are worked on together.
+const LANES: usize = 8;
+/// Room is made for as many of them at once: a thousand pixels.
+const USUAL_BLOCKS: usize = 128;
 
 /// Centre x, y; logarithm of the amplitude; inverse covariance of the shape xx, xy, yy; background.
 const PARAMETERS: usize = 7;
@@ -25,23 +32,41 @@ const MODEL_ERROR: f64 = 0.1;
 /// Gaussian: each pixel is trusted to this share of the model's height only.
 const FOOT_ERROR: f64 = 0.05;
 
-/// Signal about a spot on a grid of pixels, every `step`-th of each axis.
+/// Signal about a spot on a grid of pixels, every `step`-th of each axis; memory that serves one fit
+/// after the other. Rows are filled up to whole blocks of columns with pixels that do not count.
 #[derive(Debug, Default)]
 pub struct Patch {
-    pub left: usize,
-    pub top: usize,
-    pub step: usize,
-    pub columns: usize,
+    left: usize,
+    top: usize,
+    step: usize,
+    columns: usize,
+    /// Of columns.
+    blocks: usize,
+    rows: usize,
     /// On minus predicted, row by row.
-    pub signal: Vec<f32>,
+    signal: Vec<[f32; LANES]>,
     /// Its noise variance without the spot; infinite for pixels that do not count.
-    pub variance: Vec<f32>,
-    /// Clipped: the signal is at least this.
-    pub clipped: Vec<bool>,
-    /// Is any pixel clipped?
-    pub has_clipped: bool,
+    variance: Vec<[f32; LANES]>,
+    /// Least residual: 0 of clipped pixels, whose signal is at least this, and none of others.
+    least: Vec<[f64; LANES]>,
+    has_clipped: bool,
     /// Variance that each grey level of signal adds.
-    pub signal_variance: f32,
+    signal_variance: f32,
+    weights: Vec<[f64; LANES]>,
+}
+
+/// A pixel of a patch; the default does not count.
+#[derive(Debug, Clone, Copy)]
+pub struct Pixel {
+    pub signal: f32,
+    pub variance: f32,
+    pub clipped: bool,
+}
+
+impl Default for Pixel {
+    fn default() -> Self {
+        Self { signal: 0.0, variance: f32::INFINITY, clipped: false }
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -101,25 +126,54 @@ struct Normal {
 }
 
 impl Patch {
+    /// An empty patch from this pixel on.
+    pub fn begin(&mut self, left: usize, top: usize, step: usize, signal_variance: f32) {
+        (self.left, self.top, self.step, self.signal_variance) = (left, top, step, signal_variance);
+        (self.columns, self.blocks, self.rows, self.has_clipped) = (0, 0, 0, false);
+        self.signal.clear();
+        self.variance.clear();
+        self.least.clear();
+        self.signal.reserve(USUAL_BLOCKS);
+        self.variance.reserve(USUAL_BLOCKS);
+        self.least.reserve(USUAL_BLOCKS);
+        self.weights.reserve(USUAL_BLOCKS);
+    }
+
+    /// Adds a row; all are of one length.
+    pub fn push(&mut self, row: &[Pixel]) {
+        (self.columns, self.blocks, self.rows) = (row.len(), row.len().div_ceil(LANES), self.rows + 1);
+        for some in row.chunks(LANES) {
+            let mut block = [Pixel::default(); LANES];
+            block[..some.len()].copy_from_slice(some);
+            self.signal.push(block.map(|p| p.signal));
+            self.variance.push(block.map(|p| p.variance));
+            self.least.push(block.map(|p| if p.clipped { 0.0 } else { f64::NEG_INFINITY }));
+        }
+        self.has_clipped |= row.iter().any(|p| p.clipped);
+    }
+
+    /// Is any pixel clipped?
+    pub fn has_clipped(&self) -> bool {
+        self.has_clipped
+    }
+
     /// Fits from a start; `None` when there is no such maximum.
-    pub fn fit(&self, start: Gaussian) -> Option<Fit> {
+    pub fn fit(&mut self, start: Gaussian) -> Option<Fit> {
         let mut model = Model::new(&start)?;
-        let mut weights = vec![0.0; self.signal.len()];
-        self.weigh(&model, false, &mut weights);
-        let (mut fitted, mut normal) = self.descend(model, &weights)?;
+        let background = kernels::mean_weight(self);
+        self.weights.clear();
+        self.weights.resize(self.signal.len(), [0.0; LANES]);
+        kernels::weigh(self, &model, false);
+        let (mut fitted, mut normal) = self.descend(model, background)?;
         // With the noise of the background at first, then with that of the model and without outliers.
         for _ in 0..2 {
             model = fitted;
-            if !self.weigh(&model, true, &mut weights) {
+            if !kernels::weigh(self, &model, true) {
                 break;
             }
-            (fitted, normal) = self.descend(model, &weights)?;
+            (fitted, normal) = self.descend(model, background)?;
         }
         self.judge(&fitted, normal)
-    }
-
-    fn rows(&self) -> usize {
-        self.signal.len() / self.columns.max(1)
     }
 
     /// Is the centre on the patch or beside it? From farther away the model could not come back.
@@ -129,82 +183,14 @@ impl Patch {
             (start - 2.0..=start + (count * self.step) as f64 + 1.0).contains(&value)
         };
         let p = &model.parameters;
-        inside(p[0], self.left, self.columns) && inside(p[1], self.top, self.rows())
-    }
-
-    /// Inverse variances under the model; true when they are not those of the background alone.
-    fn weigh(&self, model: &Model, robust: bool, weights: &mut [f64]) -> bool {
-        let mut changed = robust && (self.has_clipped || self.signal_variance > 0.0);
-        let background = model.parameters[6];
-        self.visit(model, |first, _, _, exponentials| {
-            for (i, e) in (first..).zip(exponentials) {
-                let height = model.amplitude * e;
-                let variance = self.noise(i, height);
-                weights[i] = 1.0 / variance;
-                if robust {
-                    let residual = self.residual(i, height + background).abs();
-                    let limit = HUBER * variance.sqrt() + MODEL_ERROR * height;
-                    if residual > limit {
-                        weights[i] *= limit / residual;
-                        changed |= variance.is_finite();
-                    }
-                }
-            }
-        });
-        changed
-    }
-
-    /// Variance of a pixel under the model.
-    fn noise(&self, i: usize, height: f64) -> f64 {
-        let foot = if self.has_clipped { FOOT_ERROR * height } else { 0.0 };
-        self.variance[i] as f64 + self.signal_variance as f64 * height + foot * foot
-    }
-
-    /// Signal minus model; a clipped pixel only objects to a model below it.
-    fn residual(&self, i: usize, model: f64) -> f64 {
-        let residual = self.signal[i] as f64 - model;
-        if self.clipped[i] { residual.max(0.0) } else { residual }
-    }
-
-    /// Calls for each row with the index of its first pixel, that pixel's dx, dy from the centre, and
-    /// exp(-q/2) of its pixels.
-    fn visit(&self, model: &Model, mut row: impl FnMut(usize, f64, f64, &[f64])) {
-        let [x, y, _, xx, xy, yy, _] = model.parameters.data.0[0];
-        let step = self.step as f64;
-        // Along a row the exponent is a parabola: its exponential is a recurrence of two products.
-        let second = (-xx * step * step).exp();
-        let mut exponentials = vec![0.0; self.columns];
-        for r in 0..self.rows() {
-            let dy = (self.top + r * self.step) as f64 - y;
-            let dx0 = self.left as f64 - x;
-            // Both ways from the column nearest the ridge, where the value is largest.
-            let start = ((0.5 - (dx0 + xy / xx * dy) / step).max(0.0) as usize).min(self.columns - 1);
-            let dx = dx0 + start as f64 * step;
-            let value = (-0.5 * (xx * dx * dx + 2.0 * xy * dx * dy + yy * dy * dy)).exp();
-            let slope = (xx * dx + xy * dy) * step;
-            let half = 0.5 * xx * step * step;
-            let (low, high) = exponentials.split_at_mut(start);
-            let (mut v, mut ratio) = (value, (-slope - half).exp());
-            for e in high {
-                *e = v;
-                v *= ratio;
-                ratio *= second;
-            }
-            let (mut v, mut ratio) = (value, (slope - half).exp());
-            for e in low.iter_mut().rev() {
-                v *= ratio;
-                ratio *= second;
-                *e = v;
-            }
-            row(r * self.columns, dx0, dy, &exponentials);
-        }
+        inside(p[0], self.left, self.columns) && inside(p[1], self.top, self.rows)
     }
 
     /// Levenberg-Marquardt with fixed weights.
-    fn descend(&self, mut model: Model, weights: &[f64]) -> Option<(Model, Normal)> {
-        let prior = self.prior(&model);
+    fn descend(&self, mut model: Model, background: f64) -> Option<(Model, Normal)> {
+        let prior = Prior::new(background, &model);
         let mut damping = 1e-4;
-        let mut normal = self.normal(&model, weights, &prior);
+        let mut normal = self.normal(&model, &prior);
         for _ in 0..MAX_ITERATIONS {
             let mut damped = normal.matrix;
             for k in 0..PARAMETERS {
@@ -216,7 +202,7 @@ impl Patch {
             }
             let trial = Model::of(model.parameters + step);
             if trial.is_possible() && self.holds(&trial) {
-                let there = self.normal(&trial, weights, &prior);
+                let there = self.normal(&trial, &prior);
                 if there.cost < normal.cost {
                     (model, normal) = (trial, there);
                     damping = (0.1 * damping).max(1e-12);
@@ -232,55 +218,8 @@ impl Patch {
 
     /// All derivatives but the background's are the height times a polynomial of the second degree, so
     /// that moments along the rows are all that needs summing over the pixels.
-    fn normal(&self, model: &Model, weights: &[f64], prior: &Prior) -> Normal {
-        let background = model.parameters[6];
-        // Of w h^2 x^i y^j by i and j; of w h and w h residual by i + j as in MONOMIALS.
-        let mut squares = [[0.0f64; 5]; 5];
-        let mut heights = [0.0f64; 6];
-        let mut residuals = [0.0f64; 6];
-        let [mut weight_sum, mut residual_sum, mut cost] = [0.0f64; 3];
-        self.visit(model, |first, dx0, dy, exponentials| {
-            let n = exponentials.len();
-            let pixels = exponentials
-                .iter()
-                .zip(&weights[first..first + n])
-                .zip(&self.signal[first..first + n])
-                .zip(&self.clipped[first..first + n]);
-            let (mut s, mut h, mut r) = ([0.0f64; 5], [0.0f64; 3], [0.0f64; 3]);
-            let mut dx = dx0;
-            for (((e, weight), signal), clipped) in pixels {
-                let height = model.amplitude * e;
-                let residual = *signal as f64 - height - background;
-                let weight = if *clipped && residual <= 0.0 { 0.0 } else { *weight };
-                let (wh, wr) = (weight * height, weight * residual);
-                weight_sum += weight;
-                residual_sum += wr;
-                cost += wr * residual;
-                let (whh, whr) = (wh * height, wh * residual);
-                let dx2 = dx * dx;
-                s[0] += whh;
-                s[1] += whh * dx;
-                s[2] += whh * dx2;
-                s[3] += whh * dx2 * dx;
-                s[4] += whh * dx2 * dx2;
-                h[0] += wh;
-                h[1] += wh * dx;
-                h[2] += wh * dx2;
-                r[0] += whr;
-                r[1] += whr * dx;
-                r[2] += whr * dx2;
-                dx += self.step as f64;
-            }
-            let powers = [1.0, dy, dy * dy, dy * dy * dy, dy * dy * dy * dy];
-            for (i, s) in s.iter().enumerate() {
-                (0..5 - i).for_each(|j| squares[i][j] += s * powers[j]);
-            }
-            for (k, (i, j)) in MONOMIALS.into_iter().enumerate() {
-                heights[k] += h[i] * powers[j];
-                residuals[k] += r[i] * powers[j];
-            }
-        });
-
+    fn normal(&self, model: &Model, prior: &Prior) -> Normal {
+        let sums = kernels::moments(self, model);
         let [_, _, _, xx, xy, yy, _] = model.parameters.data.0[0];
         // Derivatives in MONOMIALS.
         let derivatives = SMatrix::<f64, 6, 6>::from_row_slice(&[
@@ -293,30 +232,24 @@ impl Patch {
         ]);
         let moments = SMatrix::<f64, 6, 6>::from_fn(|a, b| {
             let ((i, j), (k, l)) = (MONOMIALS[a], MONOMIALS[b]);
-            squares[i + k][j + l]
+            sums.squares[i + k][j + l]
         });
         let mut matrix = Matrix::zeros();
         matrix.fixed_view_mut::<6, 6>(0, 0).copy_from(&(derivatives * moments * derivatives.transpose()));
-        let border = derivatives * SVector::<f64, 6>::from(heights);
-        let descent = derivatives * SVector::<f64, 6>::from(residuals);
+        let of = |sums: &[[f64; 3]; 3]| SVector::<f64, 6>::from(MONOMIALS.map(|(i, j)| sums[i][j]));
+        let border = derivatives * of(&sums.heights);
+        let descent = derivatives * of(&sums.residuals);
         let mut gradient = Vector::zeros();
         for k in 0..6 {
             matrix[(k, 6)] = border[k];
             matrix[(6, k)] = border[k];
             gradient[k] = descent[k];
         }
-        matrix[(6, 6)] = weight_sum;
-        gradient[6] = residual_sum;
-        let mut normal = Normal { cost, matrix, gradient };
+        matrix[(6, 6)] = sums.weight;
+        gradient[6] = sums.residual;
+        let mut normal = Normal { cost: sums.cost, matrix, gradient };
         prior.add(&model.parameters, &mut normal);
         normal
-    }
-
-    fn prior(&self, model: &Model) -> Prior {
-        let finite = self.variance.iter().filter(|v| v.is_finite());
-        let (count, sum) = finite.fold((0.0, 0.0), |(n, s), v| (n + 1.0, s + *v as f64));
-        let sharpness = 0.5 * (model.parameters[3] + model.parameters[5]);
-        Prior { background: count / f64::max(sum, 1e-9), shape: 4.0 / (sharpness * sharpness) }
     }
 
     /// Covariance and quality of a fit that converged.
@@ -324,47 +257,8 @@ impl Patch {
         let inverse = normal.matrix.cholesky()?.inverse();
         let mut covariance = [inverse[(0, 0)], inverse[(0, 1)], inverse[(1, 1)]];
 
-        // Sums over all pixels, and over those that hold the spot.
-        let [mut all, mut all_square, mut near, mut near_square] = [0.0; 4];
-        let [mut energy, mut missed, mut noise] = [0.0; 3];
-        let [mut light, mut skew_x, mut skew_y, mut spread_x, mut spread_y] = [0.0; 5];
-        let [mut matched, mut matched_square] = [0.0; 2];
-        let background = model.parameters[6];
-        let top = self.signal.iter().fold(0.0, |m: f32, s| m.max(*s)) as f64;
-        let foot = 0.05 * model.amplitude.min(top);
-        self.visit(model, |first, dx0, dy, exponentials| {
-            for (column, e) in exponentials.iter().enumerate() {
-                let (i, dx) = (first + column, dx0 + (column * self.step) as f64);
-                let height = model.amplitude * e;
-                let variance = self.noise(i, height);
-                if !variance.is_finite() {
-                    continue;
-                }
-                let signal = self.signal[i] as f64 - background;
-                let residual = self.residual(i, height + background);
-                let template = if self.clipped[i] { height.min(signal) } else { height };
-                matched += template * signal / variance;
-                matched_square += template * template / variance;
-                if self.clipped[i] && residual == 0.0 {
-                    continue;
-                }
-                all += 1.0;
-                all_square += residual * residual / variance;
-                if height < foot {
-                    continue;
-                }
-                near += 1.0;
-                near_square += residual * residual / variance;
-                energy += signal * signal;
-                missed += residual * residual;
-                noise += variance;
-                light += height;
-                skew_x += residual * dx;
-                skew_y += residual * dy;
-                spread_x += variance * dx * dx;
-                spread_y += variance * dy * dy;
-            }
-        });
+        let q = kernels::quality(self, model);
+        let kernels::Quality { matched, matched_square, near, energy, missed, noise, light, .. } = q;
         if !(matched > 0.0 && near > 0.0 && light > 0.0) {
             return None;
         }
@@ -373,14 +267,15 @@ impl Patch {
             let freedom = freedom.max(1.0);
             square / freedom / (1.0 + 2.0 * (2.0 / freedom).sqrt())
         };
-        let excess = misfit(all_square, all - PARAMETERS as f64).max(misfit(near_square, near - 3.0)).max(1.0);
+        let excess = misfit(q.all_square, q.all - PARAMETERS as f64).max(misfit(q.near_square, near - 3.0)).max(1.0);
         // Neighbours are wrong in the same way, so that it adds up over about four of them; what is wrong
         // with a clipped spot was allowed for before.
         let excess = if self.has_clipped { excess } else { 1.0 + 4.0 * (excess - 1.0) };
         covariance.iter_mut().for_each(|c| *c *= excess);
         // A lopsided spot has no one centre: the model's and that of its light differ.
-        if skew_x * skew_x / spread_x.max(1e-12) + skew_y * skew_y / spread_y.max(1e-12) > 14.0 {
-            let [x, y] = [skew_x / light, skew_y / light];
+        let lopsided = |axis: usize| q.skew[axis] * q.skew[axis] / q.spread[axis].max(1e-12);
+        if lopsided(0) + lopsided(1) > 14.0 {
+            let [x, y] = q.skew.map(|s| s / light);
             covariance = [covariance[0] + x * x, covariance[1] + x * y, covariance[2] + y * y];
         }
         let explained = 1.0 - (missed - noise).max(0.0) / (energy - noise).max(1e-9);
@@ -434,6 +329,12 @@ struct Prior {
 }
 
 impl Prior {
+    /// `background`: the inverse variance of a pixel.
+    fn new(background: f64, model: &Model) -> Self {
+        let sharpness = 0.5 * (model.parameters[3] + model.parameters[5]);
+        Self { background, shape: 4.0 / (sharpness * sharpness) }
+    }
+
     fn add(&self, p: &Vector, normal: &mut Normal) {
         let Normal { cost, matrix, gradient } = normal;
         let difference = p[3] - p[5];
