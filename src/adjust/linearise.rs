@@ -21,6 +21,9 @@ const LEAST_RHO: f64 = 1e-6;
 /// A row of a camera's equations: ray, camera, right-hand side.
 pub(super) const ROW: usize = COMMON + ALL + 1;
 
+/// Shots whose rows cost as much as a batch's own matrix.
+const MATRIX: usize = 64;
+
 /// What, besides the head camera, says something of a shot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Witness {
@@ -69,7 +72,7 @@ pub(super) struct Problem<'a> {
     pairs: BTreeMap<(usize, Witness), usize>,
 }
 
-/// Shots from one station with the same witnesses: they touch the same columns.
+/// Shots from one station with the same witnesses, or nearly: they touch the same columns.
 struct Batch {
     station: usize,
     shots: Vec<usize>,
@@ -103,7 +106,7 @@ impl<'a> Problem<'a> {
     pub fn new(input: &'a Adjustment, layout: &'a Layout, start: &State, options: &AdjustOptions) -> Result<Self> {
         let mut views = Vec::new();
         let mut spans = vec![0];
-        let mut groups: BTreeMap<(usize, Vec<Witness>), Vec<usize>> = BTreeMap::new();
+        let mut groups = Groups::new();
         let mut pairs = BTreeMap::new();
         for (index, shot) in input.shots().iter().enumerate() {
             let head = shot.head.iter().map(|(pixel, covariance)| (None, pixel, covariance));
@@ -134,7 +137,7 @@ impl<'a> Problem<'a> {
         for (k, place) in pairs.values_mut().enumerate() {
             *place = input.stations().len() + k;
         }
-        let batches = groups
+        let batches = merged(layout, groups)
             .into_iter()
             .map(|((station, witnesses), shots)| {
                 let (columns, places) = batch_columns(layout, station, witnesses.into_iter());
@@ -445,6 +448,37 @@ pub(super) fn point(input: &Adjustment, layout: &Layout, state: &State, shot: us
         common,
         by_local: [origin, turned(&ray.by_pan), turned(&ray.by_tilt)],
     }
+}
+
+/// Groups of shots, each with its station and witnesses.
+type Groups = BTreeMap<(usize, Vec<Witness>), Vec<usize>>;
+
+/// The groups of a station as one with all their witnesses, where rows with zeros in them cost less than
+/// many small matrices.
+fn merged(layout: &Layout, groups: Groups) -> Groups {
+    let mut stations: BTreeMap<usize, Groups> = BTreeMap::new();
+    for (key, shots) in groups {
+        stations.entry(key.0).or_default().insert(key, shots);
+    }
+    let cost = |station: usize, witnesses: &[Witness], shots: usize| {
+        let width = batch_columns(layout, station, witnesses.iter().copied()).0.len();
+        (shots + MATRIX) * width * width
+    };
+    let mut merged = Groups::new();
+    for (station, groups) in stations {
+        let mut all: Vec<Witness> = groups.keys().flat_map(|(_, witnesses)| witnesses).copied().collect();
+        all.sort_unstable();
+        all.dedup();
+        let mut shots: Vec<usize> = groups.values().flatten().copied().collect();
+        shots.sort_unstable();
+        let apart: usize = groups.iter().map(|((_, witnesses), shots)| cost(station, witnesses, shots.len())).sum();
+        if cost(station, &all, shots.len()) < apart {
+            merged.insert((station, all), shots);
+        } else {
+            merged.extend(groups);
+        }
+    }
+    merged
 }
 
 /// The columns that shots from a station with these witnesses touch, and where each one's begin.

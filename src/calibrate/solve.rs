@@ -1,5 +1,7 @@
 //! The calibration as a whole: gates, consensus, refinement, outliers set aside, verdict.
 
+use std::borrow::Cow;
+
 use nalgebra::{DMatrix, Vector2};
 
 use super::check;
@@ -74,9 +76,8 @@ pub fn calibrate_camera(set: &Correspondences, options: &CalibrationOptions) -> 
         // A fit that fails on points without relief fails because of that.
         if is_geometry(&e) { spread::check(&measurements, known, needed, Noise::Counted).err().unwrap_or(e) } else { e }
     })?;
-    let inliers: Vec<Measurement> = select(&measurements, &fitted.inliers);
     // Again without the outliers, which can lend relief to a plane.
-    spread::check(&inliers, known, needed, Noise::Counted)?;
+    spread::check(&select(&measurements, &fitted.inliers), known, needed, Noise::Counted)?;
     verdict(set, &measurements, options, &freedom, fitted)
 }
 
@@ -147,7 +148,10 @@ fn check_image(set: &Correspondences, measurements: &[Measurement]) -> Result<()
     Ok(())
 }
 
-fn select(measurements: &[Measurement], mask: &[bool]) -> Vec<Measurement> {
+fn select<'a>(measurements: &'a [Measurement], mask: &[bool]) -> Cow<'a, [Measurement]> {
+    if mask.iter().all(|i| *i) {
+        return measurements.into();
+    }
     measurements.iter().zip(mask).filter(|(_, i)| **i).map(|(m, _)| m.clone()).collect()
 }
 

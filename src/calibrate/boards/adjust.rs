@@ -4,14 +4,14 @@
 
 use nalgebra::{DMatrix, DVector, Matrix2, Matrix6, SMatrix, SVector, Vector2};
 
-use super::model::{self, GLOBALS, POSE, Prediction, Sheet, State, moved_pose};
-use crate::calibrate::freedom::Unknown;
+use super::model::{self, BEND, GLOBALS, LASER, POSE, Prediction, Sheet, State, moved_pose};
+use crate::calibrate::block::{Block, LANES, POINT, Products, RESIDUAL};
+use crate::calibrate::freedom::{ROTATION, Unknown};
 use crate::control::Cancel;
 use crate::error::{Degeneracy, Error, Result};
 use crate::geometry::linalg::invert_spd;
 use crate::geometry::{Camera, Rigid};
 
-const WIDTH: usize = POSE + GLOBALS;
 /// Part of an unknown's information that must be left when the poses are eliminated.
 const TAKEN_UP: f64 = 1e-9;
 type Coupling = SMatrix<f64, POSE, GLOBALS>;
@@ -29,6 +29,12 @@ struct Whitening {
     w11: f64,
     w21: f64,
     w22: f64,
+}
+
+impl Whitening {
+    fn matrix(&self) -> Matrix2<f64> {
+        Matrix2::new(self.w11, 0.0, self.w21, self.w22)
+    }
 }
 
 impl Seen {
@@ -102,7 +108,7 @@ pub(crate) struct Problem<'a> {
 
 /// One view's part of the normal equations.
 #[derive(Clone)]
-struct Block {
+struct PoseBlock {
     /// Of the pose.
     h: Matrix6<f64>,
     g: SVector<f64, POSE>,
@@ -114,7 +120,7 @@ struct Block {
 struct System {
     h: [[f64; GLOBALS]; GLOBALS],
     g: [f64; GLOBALS],
-    blocks: Vec<Block>,
+    blocks: Vec<PoseBlock>,
     cost: f64,
     chi2: f64,
 }
@@ -143,14 +149,22 @@ impl Problem<'_> {
         while iterations < stop.max_iterations && !converged {
             stop.cancel.check()?;
             iterations += 1;
-            let next = self.step(&system, &state, damping).and_then(|(next, size)| {
+            let next = self.step(&system, &state, damping);
+            if let Some((next, size)) = &next
+                && *size < stop.step
+                && damping < 1.0
+            {
+                // Too short a step for the equations to be others after it.
+                (state, converged) = (next.clone(), true);
+                break;
+            }
+            let next = next.and_then(|(next, _)| {
                 self.linearise(&next, &mut spare)?;
-                (spare.cost <= system.cost * (1.0 + 1e-12)).then_some((next, size))
+                (spare.cost <= system.cost * (1.0 + 1e-12)).then_some(next)
             });
-            if let Some((next, size)) = next {
+            if let Some(next) = next {
                 let gain = system.cost - spare.cost;
-                converged =
-                    (size < stop.step && damping < 1.0) || (gain <= 1e-14 * (1e-12 + system.cost) && damping < 1e-2);
+                converged = gain <= 1e-14 * (1e-12 + system.cost) && damping < 1e-2;
                 state = next;
                 std::mem::swap(&mut system, &mut spare);
                 damping = (damping * 0.1).max(1e-12);
@@ -172,16 +186,16 @@ impl Problem<'_> {
     /// Normal equations at a state; `None` when something cannot be projected.
     fn linearise(&self, state: &State, system: &mut System) -> Option<()> {
         system.clear();
+        let mut sum = ViewSum::new(self);
         for ((view, pose), block) in self.views.iter().zip(&state.poses).zip(&mut system.blocks) {
-            let mut sum = ViewSum::new();
-            let camera = Camera { pose: *pose, ..state.camera };
-            for (at, seen) in &view.corners {
-                sum.add(&model::corner(&camera, &self.sheet, &state.bend, at)?, seen, self);
+            sum.clear();
+            for corners in view.corners.chunks(LANES) {
+                sum.add_corners(corners, state, pose)?;
             }
             if let Some(seen) = &view.spot {
-                sum.add(&model::spot(state, &self.sheet, pose)?, seen, self);
+                sum.add_spot(&model::spot(state, &self.sheet, pose)?, seen);
             }
-            sum.add_to(block, &mut system.h, &mut system.g, self.unknowns.len());
+            sum.add_to(block, &mut system.h, &mut system.g);
             system.cost += sum.cost;
             system.chi2 += sum.chi2;
         }
@@ -251,7 +265,7 @@ impl Problem<'_> {
 
 impl System {
     fn new(views: usize) -> Self {
-        let block = Block { h: Matrix6::zeros(), g: SVector::zeros(), coupling: Coupling::zeros() };
+        let block = PoseBlock { h: Matrix6::zeros(), g: SVector::zeros(), coupling: Coupling::zeros() };
         Self { h: [[0.0; GLOBALS]; GLOBALS], g: [0.0; GLOBALS], blocks: vec![block; views], cost: 0.0, chi2: 0.0 }
     }
 
@@ -275,51 +289,101 @@ impl System {
     }
 }
 
-/// Sums over the observations of one view: first the pose, then the shared unknowns.
-struct ViewSum {
-    h: [[f64; WIDTH]; WIDTH],
-    g: [f64; WIDTH],
+/// Sums over the observations of one view: of the pose's columns, the shared unknowns' and the residual's.
+struct ViewSum<'a> {
+    problem: &'a Problem<'a>,
+    rows: Box<Block>,
+    products: Products,
     cost: f64,
     chi2: f64,
 }
 
-impl ViewSum {
-    fn new() -> Self {
-        Self { h: [[0.0; WIDTH]; WIDTH], g: [0.0; WIDTH], cost: 0.0, chi2: 0.0 }
+impl<'a> ViewSum<'a> {
+    fn new(problem: &'a Problem<'a>) -> Self {
+        let products = Products::new(POSE + problem.unknowns.len() + 1);
+        Self { problem, rows: Block::new(), products, cost: 0.0, chi2: 0.0 }
     }
 
-    fn add(&mut self, p: &Prediction, seen: &Seen, problem: &Problem<'_>) {
-        let r = seen.whiten(&(seen.pixel - p.pixel));
-        let d2 = r.norm_squared();
-        let (value, weight) = problem.loss.at(d2);
-        self.chi2 += d2;
-        self.cost += value;
-        let m = POSE + problem.unknowns.len();
-        let (mut x, mut y) = ([0.0; WIDTH], [0.0; WIDTH]);
-        for (i, by) in p.by_pose.iter().enumerate() {
-            let white = seen.whiten(by);
-            (x[i], y[i]) = (white.x, white.y);
+    fn clear(&mut self) {
+        self.products.clear();
+        (self.cost, self.chi2) = (0.0, 0.0);
+    }
+
+    /// At most a block of corners.
+    fn add_corners(&mut self, corners: &[(Vector2<f64>, Seen)], state: &State, pose: &Rigid) -> Option<()> {
+        let (unknowns, sheet) = (self.problem.unknowns, &self.problem.sheet);
+        for (lane, (at, seen)) in corners.iter().enumerate() {
+            self.rows.set(lane, &sheet.point(&state.bend, at).push(1.0), &seen.pixel, &seen.white.matrix());
         }
-        for (i, unknown) in problem.unknowns.iter().enumerate() {
-            let white = seen.whiten(&unknown.derivative(&p.by_globals));
-            (x[POSE + i], y[POSE + i]) = (white.x, white.y);
-        }
-        for a in 0..m {
-            let (wx, wy) = (weight * x[a], weight * y[a]);
-            self.g[a] += wx * r.x + wy * r.y;
-            for ((h, x), y) in self.h[a][a..m].iter_mut().zip(&x[a..m]).zip(&y[a..m]) {
-                *h += wx * x + wy * y;
+        self.rows.project(&Camera { pose: *pose, ..state.camera }, corners.len())?;
+        let of_pose: [Unknown; POSE] = std::array::from_fn(|i| Unknown { parameter: ROTATION + i, tied: None });
+        self.products.take(&self.rows, &of_pose, 0);
+        for (k, unknown) in unknowns.iter().enumerate() {
+            match unknown.parameter {
+                0..BEND => self.products.take(&self.rows, std::slice::from_ref(unknown), POSE + k),
+                BEND..LASER => {
+                    // A coefficient of the sheet lifts the corner by its monomial.
+                    for (to, row) in self.products.column(POSE + k).into_iter().zip(&self.rows.rows) {
+                        *to = row[POINT + 2];
+                        for (to, (at, _)) in to.iter_mut().zip(corners) {
+                            *to *= sheet.monomials(at)[unknown.parameter - BEND];
+                        }
+                    }
+                }
+                _ => self.products.column(POSE + k).into_iter().for_each(|column| column.fill(0.0)),
             }
         }
+        for (to, row) in self.products.column(POSE + unknowns.len()).into_iter().zip(&self.rows.rows) {
+            *to = row[RESIDUAL];
+        }
+        let mut roots = [1.0; LANES];
+        for (squared, root) in self.rows.squares().iter().zip(&mut roots).take(corners.len()) {
+            *root = self.count(*squared);
+        }
+        if self.problem.loss != Loss::Squares {
+            for k in 0..=POSE + unknowns.len() {
+                for column in self.products.column(k) {
+                    column.iter_mut().zip(&roots).for_each(|(x, root)| *x *= root);
+                }
+            }
+        }
+        self.products.add();
+        Some(())
     }
 
-    fn add_to(&self, block: &mut Block, h: &mut [[f64; GLOBALS]; GLOBALS], g: &mut [f64; GLOBALS], n: usize) {
-        block.h = Matrix6::from_fn(|a, b| self.h[a.min(b)][a.max(b)]);
-        block.g = SVector::from_fn(|a, _| self.g[a]);
-        block.coupling = Coupling::from_fn(|a, b| self.h[a][POSE + b]);
-        for (a, (h, g)) in h.iter_mut().zip(g.iter_mut()).enumerate().take(n) {
-            *g += self.g[POSE + a];
-            h.iter_mut().zip(&self.h[POSE + a][POSE..]).skip(a).for_each(|(h, own)| *h += own);
+    fn add_spot(&mut self, p: &Prediction, seen: &Seen) {
+        let r = seen.whiten(&(seen.pixel - p.pixel));
+        let root = self.count(r.norm_squared());
+        let shared = self.problem.unknowns.iter().map(|unknown| seen.whiten(&unknown.derivative(&p.by_globals)));
+        let pose = p.by_pose.iter().map(|by| seen.whiten(by));
+        for (k, column) in pose.chain(shared).chain([r]).enumerate() {
+            for (to, x) in self.products.column(k).into_iter().zip(column.iter()) {
+                to.fill(0.0);
+                to[0] = root * x;
+            }
+        }
+        self.products.add();
+    }
+
+    /// Counts a squared distance; the root of its weight.
+    fn count(&mut self, squared: f64) -> f64 {
+        let (value, weight) = self.problem.loss.at(squared);
+        self.chi2 += squared;
+        self.cost += value;
+        weight.sqrt()
+    }
+
+    fn add_to(&self, block: &mut PoseBlock, h: &mut [[f64; GLOBALS]; GLOBALS], g: &mut [f64; GLOBALS]) {
+        let n = self.problem.unknowns.len();
+        let at = |a: usize, b: usize| self.products.at(a, b);
+        block.h = Matrix6::from_fn(|a, b| at(a.min(b), a.max(b)));
+        block.g = SVector::from_fn(|a, _| at(a, POSE + n));
+        block.coupling = Coupling::from_fn(|a, b| if b < n { at(a, POSE + b) } else { 0.0 });
+        for a in 0..n {
+            g[a] += at(POSE + a, POSE + n);
+            for b in a..n {
+                h[a][b] += at(POSE + a, POSE + b);
+            }
         }
     }
 }
@@ -413,4 +477,69 @@ pub(crate) fn adjust_pose(
     let problem = Problem { views: std::slice::from_ref(view), unknowns: &[], priors: &[], sheet, loss };
     let adjusted = problem.adjust(State { poses: vec![pose], ..state.clone() }, stop)?;
     Ok((adjusted.state.poses[0], adjusted.cost))
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::geometry::rig_model::LaserLine;
+    use crate::geometry::rigid::exp;
+    use crate::geometry::{Distortion, Intrinsics};
+
+    /// Of corners and a spot, by every unknown, squares and robust.
+    #[test]
+    fn the_gradient_is_that_of_the_cost() {
+        let camera = Camera {
+            width: 720,
+            height: 576,
+            intrinsics: Intrinsics { fx: 800.0, fy: 795.0, skew: 0.7, cx: 360.0, cy: 288.0 },
+            distortion: Distortion::BrownConrady([-0.2, 0.05, 0.001, -0.002, 0.01]),
+            pose: Rigid::identity(),
+        };
+        let pose = Rigid { rotation: exp(&Vector3::new(0.4, -0.5, 0.2)), translation: Vector3::new(0.1, -0.05, 2.0) };
+        let state = State {
+            camera,
+            bend: Vector3::new(0.004, -0.003, 0.002),
+            laser: LaserLine { x0: 0.1, y0: 0.005, vx: -0.005, vy: 0.003 },
+            poses: vec![pose],
+        };
+        let seen = |x: f64, y: f64| Seen::new(Vector2::new(x, y), &Matrix2::new(0.5, 0.1, 0.1, 0.3)).unwrap();
+        let corner = |i: usize| {
+            let at = Vector2::new((i % 7) as f64 * 0.05 - 0.15, (i / 7) as f64 * 0.05 - 0.15);
+            let pixel = Camera { pose, ..camera }.project(&at.push(0.001)).unwrap();
+            (at, seen(pixel.x + (i % 3) as f64, pixel.y - (i % 5) as f64))
+        };
+        let views = [ViewData { corners: (0..45).map(corner).collect(), spot: Some(seen(380.0, 290.0)) }];
+        let unknowns: Vec<Unknown> = (0..GLOBALS).map(|parameter| Unknown { parameter, tied: None }).collect();
+        for loss in [Loss::Squares, Loss::Cauchy(3.0)] {
+            let sheet = Sheet { centre: Vector2::new(0.02, -0.01), scale: 0.3 };
+            let problem = Problem { views: &views, unknowns: &unknowns, priors: &[], sheet, loss };
+            let at = |state: &State| {
+                let mut system = System::new(1);
+                problem.linearise(state, &mut system).unwrap();
+                system
+            };
+            let (system, h) = (at(&state), 1e-7);
+            let check = |name: &str, i: usize, g: f64, information: f64, moved: &dyn Fn(f64) -> State| {
+                let numeric = (at(&moved(h)).cost - at(&moved(-h)).cost) / (2.0 * h);
+                assert!((numeric + 2.0 * g).abs() < 1e-5 * information.sqrt() * system.cost.sqrt(), "{name} {i}");
+            };
+            for i in 0..GLOBALS {
+                check("shared", i, system.g[i], system.h[i][i], &|h| {
+                    let mut change = [0.0; GLOBALS];
+                    change[i] = h;
+                    state.moved(&change).unwrap()
+                });
+            }
+            for i in 0..POSE {
+                check("pose", i, system.blocks[0].g[i], system.blocks[0].h[(i, i)], &|h| {
+                    let mut step = [0.0; POSE];
+                    step[i] = h;
+                    State { poses: vec![moved_pose(&pose, &step).unwrap()], ..state.clone() }
+                });
+            }
+        }
+    }
 }
