@@ -13,6 +13,11 @@ use crate::error::{Error, Result};
 use crate::geometry::Camera;
 use crate::geometry::linalg::invert_spd;
 
+/// Squared length of a step, in units of the noise, after which nothing that matters changes.
+const CONVERGED: f64 = 1e-10;
+/// As good as no damping of what is determined at all.
+const UNDAMPED: f64 = 1e-9;
+
 pub(crate) struct Refined {
     pub camera: Camera,
     /// Of all sixteen parameters; zero where not free.
@@ -77,32 +82,14 @@ pub(crate) fn refine(
     while iterations < max_iterations && !converged {
         cancel.check()?;
         iterations += 1;
-        let step = solve(&system, damping);
-        let next = step.and_then(|step| {
-            let next_state = moved(&state, freedom, step.as_slice())?;
-            let mut next_rhos = rhos.clone();
-            // In units of the noise.
-            let mut size = step.dot(&(&system.h * &step));
-            for d in &system.depths {
-                let mut open = d.gradient;
-                for (coupling, s) in d.coupling.iter().zip(step.iter()) {
-                    open.iter_mut().zip(coupling).for_each(|(o, b)| *o -= b * s);
-                }
-                for &(lane, index) in &d.of {
-                    let change = open[lane] / (d.information[lane] * (1.0 + damping));
-                    next_rhos[index] += change;
-                    size += change * change * d.information[lane];
-                }
-            }
-            Some((next_state, next_rhos, size))
-        });
-        // A step far below the noise: the equations after it would be the same.
-        if let Some((next_state, next_rhos, size)) = &next
-            && *size < 1e-10
-            && damping < 1.0
+        let next = system.step(&state, &rhos, freedom, damping);
+        // Damping shortens steps along what is hardly determined: without it the step must be short too.
+        if next.as_ref().is_some_and(|(.., size)| *size < CONVERGED)
+            && let Some((last_state, last_rhos, size)) = system.step(&state, &rhos, freedom, damping.min(UNDAMPED))
+            && size < CONVERGED
         {
-            (state, converged) = (*next_state, true);
-            rhos.clone_from(next_rhos);
+            // Too short for the equations to be others after it.
+            (state, rhos, converged) = (last_state, last_rhos, true);
             break;
         }
         let next = next.and_then(|(next_state, next_rhos, _)| {
@@ -371,6 +358,28 @@ fn add_line(
         g.iter_mut().zip(row).for_each(|(g, x)| *g += x * r);
     }
     Some(r.norm_squared())
+}
+
+impl System {
+    /// Camera and inverse depths after a damped step, with its squared length in units of the noise.
+    fn step(&self, camera: &Camera, rhos: &[f64], freedom: &Freedom, damping: f64) -> Option<(Camera, Vec<f64>, f64)> {
+        let step = solve(self, damping)?;
+        let next = moved(camera, freedom, step.as_slice())?;
+        let mut next_rhos = rhos.to_vec();
+        let mut size = step.dot(&(&self.h * &step));
+        for d in &self.depths {
+            let mut open = d.gradient;
+            for (coupling, s) in d.coupling.iter().zip(step.iter()) {
+                open.iter_mut().zip(coupling).for_each(|(o, b)| *o -= b * s);
+            }
+            for &(lane, index) in &d.of {
+                let change = open[lane] / (d.information[lane] * (1.0 + damping));
+                next_rhos[index] += change;
+                size += change * change * d.information[lane];
+            }
+        }
+        Some((next, next_rhos, size))
+    }
 }
 
 /// (H + damping diag H) step = g.

@@ -4,9 +4,10 @@
 
 use nalgebra::{DMatrix, DVector, Matrix2, Matrix6, SMatrix, SVector, Vector2};
 
-use super::model::{self, BEND, GLOBALS, LASER, POSE, Prediction, Sheet, State, moved_pose};
-use crate::calibrate::block::{Block, LANES, POINT, Products, RESIDUAL};
-use crate::calibrate::freedom::{ROTATION, Unknown};
+use super::model::{self, GLOBALS, POSE, Sheet, State, moved_pose};
+use super::view_sum::ViewSum;
+use crate::calibrate::block::LANES;
+use crate::calibrate::freedom::Unknown;
 use crate::control::Cancel;
 use crate::error::{Degeneracy, Error, Result};
 use crate::geometry::linalg::invert_spd;
@@ -14,7 +15,9 @@ use crate::geometry::{Camera, Rigid};
 
 /// Part of an unknown's information that must be left when the poses are eliminated.
 const TAKEN_UP: f64 = 1e-9;
-type Coupling = SMatrix<f64, POSE, GLOBALS>;
+/// As good as no damping of what is determined at all.
+const UNDAMPED: f64 = 1e-9;
+pub(super) type Coupling = SMatrix<f64, POSE, GLOBALS>;
 
 /// A pixel that was seen, with the root of its information.
 #[derive(Debug, Clone, Copy)]
@@ -31,12 +34,6 @@ struct Whitening {
     w22: f64,
 }
 
-impl Whitening {
-    fn matrix(&self) -> Matrix2<f64> {
-        Matrix2::new(self.w11, 0.0, self.w21, self.w22)
-    }
-}
-
 impl Seen {
     /// `None` when the covariance is not positive definite.
     pub fn new(pixel: Vector2<f64>, covariance: &Matrix2<f64>) -> Option<Self> {
@@ -45,6 +42,11 @@ impl Seen {
         let l22 = (covariance.m22 - l21 * l21).sqrt();
         let white = Whitening { w11: 1.0 / l11, w21: -l21 / (l11 * l22), w22: 1.0 / l22 };
         (white.w11 > 0.0 && white.w22 > 0.0 && white.w21.is_finite()).then_some(Self { pixel, white })
+    }
+
+    pub fn whitening(&self) -> Matrix2<f64> {
+        let w = &self.white;
+        Matrix2::new(w.w11, 0.0, w.w21, w.w22)
     }
 
     pub fn whiten(&self, v: &Vector2<f64>) -> Vector2<f64> {
@@ -77,7 +79,7 @@ pub(crate) enum Loss {
 
 impl Loss {
     /// Value and weight at a squared distance.
-    fn at(self, d2: f64) -> (f64, f64) {
+    pub fn at(self, d2: f64) -> (f64, f64) {
         match self {
             Self::Squares => (d2, 1.0),
             Self::Cauchy(c) => {
@@ -108,12 +110,12 @@ pub(crate) struct Problem<'a> {
 
 /// One view's part of the normal equations.
 #[derive(Clone)]
-struct PoseBlock {
+pub(super) struct PoseBlock {
     /// Of the pose.
-    h: Matrix6<f64>,
-    g: SVector<f64, POSE>,
+    pub h: Matrix6<f64>,
+    pub g: SVector<f64, POSE>,
     /// Pose by shared unknowns.
-    coupling: Coupling,
+    pub coupling: Coupling,
 }
 
 #[derive(Clone)]
@@ -150,12 +152,13 @@ impl Problem<'_> {
             stop.cancel.check()?;
             iterations += 1;
             let next = self.step(&system, &state, damping);
-            if let Some((next, size)) = &next
-                && *size < stop.step
-                && damping < 1.0
+            // Damping shortens steps along what is hardly determined: without it the step must be short too.
+            if next.as_ref().is_some_and(|(_, size)| *size < stop.step)
+                && let Some((last, size)) = self.step(&system, &state, damping.min(UNDAMPED))
+                && size < stop.step
             {
-                // Too short a step for the equations to be others after it.
-                (state, converged) = (next.clone(), true);
+                // Too short for the equations to be others after it.
+                (state, converged) = (last, true);
                 break;
             }
             let next = next.and_then(|(next, _)| {
@@ -286,105 +289,6 @@ impl System {
         let shared: f64 = (0..GLOBALS).map(|i| own(self.g[i], self.h[i][i])).sum();
         let poses: f64 = self.blocks.iter().map(|b| (0..POSE).map(|i| own(b.g[i], b.h[(i, i)])).sum::<f64>()).sum();
         (shared + poses).sqrt()
-    }
-}
-
-/// Sums over the observations of one view: of the pose's columns, the shared unknowns' and the residual's.
-struct ViewSum<'a> {
-    problem: &'a Problem<'a>,
-    rows: Box<Block>,
-    products: Products,
-    cost: f64,
-    chi2: f64,
-}
-
-impl<'a> ViewSum<'a> {
-    fn new(problem: &'a Problem<'a>) -> Self {
-        let products = Products::new(POSE + problem.unknowns.len() + 1);
-        Self { problem, rows: Block::new(), products, cost: 0.0, chi2: 0.0 }
-    }
-
-    fn clear(&mut self) {
-        self.products.clear();
-        (self.cost, self.chi2) = (0.0, 0.0);
-    }
-
-    /// At most a block of corners.
-    fn add_corners(&mut self, corners: &[(Vector2<f64>, Seen)], state: &State, pose: &Rigid) -> Option<()> {
-        let (unknowns, sheet) = (self.problem.unknowns, &self.problem.sheet);
-        for (lane, (at, seen)) in corners.iter().enumerate() {
-            self.rows.set(lane, &sheet.point(&state.bend, at).push(1.0), &seen.pixel, &seen.white.matrix());
-        }
-        self.rows.project(&Camera { pose: *pose, ..state.camera }, corners.len())?;
-        let of_pose: [Unknown; POSE] = std::array::from_fn(|i| Unknown { parameter: ROTATION + i, tied: None });
-        self.products.take(&self.rows, &of_pose, 0);
-        for (k, unknown) in unknowns.iter().enumerate() {
-            match unknown.parameter {
-                0..BEND => self.products.take(&self.rows, std::slice::from_ref(unknown), POSE + k),
-                BEND..LASER => {
-                    // A coefficient of the sheet lifts the corner by its monomial.
-                    for (to, row) in self.products.column(POSE + k).into_iter().zip(&self.rows.rows) {
-                        *to = row[POINT + 2];
-                        for (to, (at, _)) in to.iter_mut().zip(corners) {
-                            *to *= sheet.monomials(at)[unknown.parameter - BEND];
-                        }
-                    }
-                }
-                _ => self.products.column(POSE + k).into_iter().for_each(|column| column.fill(0.0)),
-            }
-        }
-        for (to, row) in self.products.column(POSE + unknowns.len()).into_iter().zip(&self.rows.rows) {
-            *to = row[RESIDUAL];
-        }
-        let mut roots = [1.0; LANES];
-        for (squared, root) in self.rows.squares().iter().zip(&mut roots).take(corners.len()) {
-            *root = self.count(*squared);
-        }
-        if self.problem.loss != Loss::Squares {
-            for k in 0..=POSE + unknowns.len() {
-                for column in self.products.column(k) {
-                    column.iter_mut().zip(&roots).for_each(|(x, root)| *x *= root);
-                }
-            }
-        }
-        self.products.add();
-        Some(())
-    }
-
-    fn add_spot(&mut self, p: &Prediction, seen: &Seen) {
-        let r = seen.whiten(&(seen.pixel - p.pixel));
-        let root = self.count(r.norm_squared());
-        let shared = self.problem.unknowns.iter().map(|unknown| seen.whiten(&unknown.derivative(&p.by_globals)));
-        let pose = p.by_pose.iter().map(|by| seen.whiten(by));
-        for (k, column) in pose.chain(shared).chain([r]).enumerate() {
-            for (to, x) in self.products.column(k).into_iter().zip(column.iter()) {
-                to.fill(0.0);
-                to[0] = root * x;
-            }
-        }
-        self.products.add();
-    }
-
-    /// Counts a squared distance; the root of its weight.
-    fn count(&mut self, squared: f64) -> f64 {
-        let (value, weight) = self.problem.loss.at(squared);
-        self.chi2 += squared;
-        self.cost += value;
-        weight.sqrt()
-    }
-
-    fn add_to(&self, block: &mut PoseBlock, h: &mut [[f64; GLOBALS]; GLOBALS], g: &mut [f64; GLOBALS]) {
-        let n = self.problem.unknowns.len();
-        let at = |a: usize, b: usize| self.products.at(a, b);
-        block.h = Matrix6::from_fn(|a, b| at(a.min(b), a.max(b)));
-        block.g = SVector::from_fn(|a, _| at(a, POSE + n));
-        block.coupling = Coupling::from_fn(|a, b| if b < n { at(a, POSE + b) } else { 0.0 });
-        for a in 0..n {
-            g[a] += at(POSE + a, POSE + n);
-            for b in a..n {
-                h[a][b] += at(POSE + a, POSE + b);
-            }
-        }
     }
 }
 

@@ -17,7 +17,9 @@ use crate::geometry::{Camera, Rigid};
 
 /// Distance, in units of the noise, beyond which Cauchy's loss lets go while outliers are still in.
 const CAUCHY: f64 = 3.0;
-/// Ends of adjustments on the way, and of the last one (squared steps in units of the noise).
+/// Ends of adjustments (squared steps, of all unknowns together, in units of the noise): while the noise
+/// itself is sought, residuals then move by far less than that; while outliers are; and of the last.
+const ROUGH: f64 = 1.0;
 const COARSE: f64 = 1e-4;
 const FINE: f64 = 1e-10;
 /// One view cannot tell the principal point from the board's tilt: it is then expected at the image's
@@ -142,7 +144,7 @@ impl<'a> Fitter<'a> {
         self.drop_invisible(&distances, &mut selection)?;
         let mut factor = self.floor(self.noise(&distances, &selection));
         let loss = if self.options.robust { Loss::Cauchy(CAUCHY) } else { Loss::Squares };
-        let mut state = self.adjust(&state, &selection, factor, loss, COARSE)?.0;
+        let mut state = self.adjust(&state, &selection, factor, loss, ROUGH)?.0;
         if self.options.robust {
             // While the lens comes in the noise falls, and with it what an outlier is.
             for _ in 0..5 {
@@ -151,7 +153,7 @@ impl<'a> Fitter<'a> {
                     break;
                 }
                 factor = next;
-                state = self.adjust(&state, &selection, factor, loss, COARSE)?.0;
+                state = self.adjust(&state, &selection, factor, loss, ROUGH)?.0;
             }
         }
         self.reverse_poses(&mut state, &selection, factor, loss)?;
