@@ -11,7 +11,7 @@ use super::gram::Gram;
 use super::layout::{Layout, PLANE, State};
 use super::plane_hit::PlaneHit;
 use super::problem::{AdjustOptions, Adjustment};
-use super::tile::{Seer, Tile};
+use super::tile::{Misfit, Seer, Tile};
 use crate::calibrate::block::{LANES, Products};
 use crate::error::{Error, Result};
 use crate::geometry::{Plane, RIG_PARAMETERS};
@@ -70,6 +70,12 @@ pub(super) struct Problem<'a> {
     /// Pairs of station and camera, and of station and plane: each has a sum of its own.
     cameras: Vec<(usize, usize)>,
     planes: Vec<(usize, usize)>,
+}
+
+/// Sums of rows that come one at a time: of each station's head, and of each pair of station and plane.
+struct Singles {
+    heads: Vec<Gram>,
+    planes: Vec<Gram>,
 }
 
 pub(super) struct System {
@@ -193,11 +199,13 @@ impl<'a> Problem<'a> {
         let (mut cost, mut chi2) = (0.0, 0.0);
         let locals = self.local_count();
         let rig = self.layout.rig.len();
-        let mut heads: Vec<Gram> = (0..self.input.stations().len()).map(|_| Gram::new(rig + 1)).collect();
         let width = |station: usize, own: usize| rig + self.layout.stations[station].1.len() + own + 1;
         let of_camera = |(s, c): &(usize, usize)| Products::new(width(*s, self.layout.cameras[*c].freedom.count()));
         let mut cameras: Vec<Products> = self.cameras.iter().map(of_camera).collect();
-        let mut planes: Vec<Gram> = self.planes.iter().map(|(s, _)| Gram::new(width(*s, PLANE))).collect();
+        let mut singles = Singles {
+            heads: (0..self.input.stations().len()).map(|_| Gram::new(rig + 1)).collect(),
+            planes: self.planes.iter().map(|(s, _)| Gram::new(width(*s, PLANE))).collect(),
+        };
         let mut eliminated: Vec<Eliminated> = (0..self.input.shots().len()).map(|_| Eliminated::default()).collect();
         for (b, batch) in self.batches.iter().enumerate() {
             let w = batch.columns.len();
@@ -215,45 +223,13 @@ impl<'a> Problem<'a> {
                     cost += misfit.cost;
                 }
                 for (lane, &shot) in shots.iter().enumerate() {
-                    let mut own = tile.own(lane);
-                    let mut any = false;
-                    for v in self.span(shot).filter(|v| used[*v]) {
-                        any = true;
-                        let view = &self.views[v];
-                        let mut rows = [[0.0; ROW]; 2];
-                        let (squared, weight) = match view.by {
-                            None => {
-                                let residual = self.head_rows(state, shot, view, &mut rows, &mut own)?;
-                                let k = &mut heads[batch.station];
-                                rows.iter().for_each(|r| k.row().copy_from_slice(&r[..=rig]));
-                                residual
-                            }
-                            Some(Witness::Camera(_)) => continue,
-                            Some(Witness::Plane(plane)) => {
-                                let (point, rho) = &points[lane];
-                                let place = batch.place(Witness::Plane(plane))?;
-                                let hit = &state.planes[plane];
-                                let residual = self.plane_row(hit, *rho, view, point, &mut rows, &mut own, place)?;
-                                let pair = self.planes.binary_search(&(batch.station, plane)).ok()?;
-                                planes[pair].row().copy_from_slice(&rows[0][..=point.common + PLANE]);
-                                residual
-                            }
-                        };
-                        chi2 += squared;
-                        cost += if weight < 1.0 { self.huber * (2.0 * squared.sqrt() - self.huber) } else { squared };
-                    }
-                    if !any {
+                    if !self.span(shot).any(|v| used[v]) {
                         continue;
                     }
-                    if locals == 3 {
-                        for k in 0..2 {
-                            let (angle, information) = (state.locals[shot][k + 1], self.pointing_information(k));
-                            own.information[k + 1][k + 1] += information;
-                            own.gradient[k + 1] -= angle * information;
-                            chi2 += angle * angle * information;
-                            cost += angle * angle * information;
-                        }
-                    }
+                    let mut own = tile.own(lane);
+                    let misfit = self.add_singly(state, shot, &points[lane], used, batch, &mut own, &mut singles)?;
+                    chi2 += misfit.chi2;
+                    cost += misfit.cost;
                     eliminated[shot] = own.eliminate(&mut couplings, b)?;
                 }
             }
@@ -265,12 +241,12 @@ impl<'a> Problem<'a> {
                 g[ci] -= sum[(w, i)];
             }
         }
-        for (station, gram) in heads.iter_mut().enumerate() {
+        for (station, gram) in singles.heads.iter_mut().enumerate() {
             let columns = self.layout.common_columns(station);
             let sum = gram.finish();
             add(&mut h, &mut g, &columns[..rig], |i, j| sum[(i, j)]);
         }
-        for ((station, plane), gram) in self.planes.iter().zip(&mut planes) {
+        for ((station, plane), gram) in self.planes.iter().zip(&mut singles.planes) {
             let columns = self.layout.pair_columns(*station, Witness::Plane(*plane));
             let sum = gram.finish();
             add(&mut h, &mut g, &columns, |i, j| sum[(i, j)]);
@@ -281,6 +257,53 @@ impl<'a> Problem<'a> {
         }
         self.add_priors(state, &mut h, &mut g, &mut cost);
         cost.is_finite().then_some(System { h, g, cost, chi2, eliminated })
+    }
+
+    /// What no camera's block has of a shot: what the head camera saw, which plane it hit, and what is known
+    /// of its pointing.
+    #[allow(clippy::too_many_arguments)]
+    fn add_singly(
+        &self,
+        state: &State,
+        shot: usize,
+        (point, rho): &(ShotPoint, f64),
+        used: &[bool],
+        batch: &Batch,
+        own: &mut Own,
+        singles: &mut Singles,
+    ) -> Option<Misfit> {
+        let mut misfit = Misfit::default();
+        for view in self.span(shot).filter(|v| used[*v]).map(|v| &self.views[v]) {
+            let mut rows = [[0.0; ROW]; 2];
+            let (squared, weight) = match view.by {
+                None => {
+                    let residual = self.head_rows(state, shot, view, &mut rows, own)?;
+                    let sum = &mut singles.heads[batch.station];
+                    rows.iter().for_each(|r| sum.row().copy_from_slice(&r[..=self.layout.rig.len()]));
+                    residual
+                }
+                Some(Witness::Camera(_)) => continue,
+                Some(Witness::Plane(plane)) => {
+                    let place = batch.place(Witness::Plane(plane))?;
+                    let residual = self.plane_row(&state.planes[plane], *rho, view, point, &mut rows, own, place)?;
+                    let pair = self.planes.binary_search(&(batch.station, plane)).ok()?;
+                    singles.planes[pair].row().copy_from_slice(&rows[0][..=point.common + PLANE]);
+                    residual
+                }
+            };
+            misfit.chi2 += squared;
+            misfit.cost += if weight < 1.0 { self.huber * (2.0 * squared.sqrt() - self.huber) } else { squared };
+        }
+        if self.local_count() == 3 {
+            for k in 0..2 {
+                let (angle, information) = (state.locals[shot][k + 1], self.pointing_information(k));
+                own.information[k + 1][k + 1] += information;
+                own.gradient[k + 1] -= angle * information;
+                misfit.chi2 += angle * angle * information;
+                misfit.cost += angle * angle * information;
+            }
+        }
+        Some(misfit)
     }
 
     /// Of each camera that saw one of the shots: itself, its place in the batch's columns, and of each shot

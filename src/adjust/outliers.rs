@@ -24,16 +24,13 @@ struct Prediction {
 }
 
 /// What views say of a shot's own unknowns.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Knowledge {
     information: Matrix3<f64>,
     gradient: Vector3<f64>,
 }
 
 impl Knowledge {
-    const NONE: Self =
-        Self { information: Matrix3::new(0., 0., 0., 0., 0., 0., 0., 0., 0.), gradient: Vector3::new(0., 0., 0.) };
-
     fn add(&mut self, view: &Prediction, count: usize) {
         for a in 0..count {
             self.gradient[a] += view.by_local[a].dot(&view.residual);
@@ -58,7 +55,7 @@ pub(super) fn distances(problem: &Problem<'_>, state: &State, used: &[bool]) -> 
         predictions.clear();
         predictions.extend(span.clone().map(|v| predict(problem, state, &point, shot, v)));
         after.clear();
-        let mut sum = Knowledge::NONE;
+        let mut sum = Knowledge::default();
         for (prediction, v) in predictions.iter().zip(span.clone()).rev() {
             after.push(sum);
             if let (Some(view), true) = (prediction, used[v]) {
@@ -66,7 +63,7 @@ pub(super) fn distances(problem: &Problem<'_>, state: &State, used: &[bool]) -> 
             }
         }
         let local = state.locals[shot];
-        let mut before = Knowledge { information: problem.pointing_matrix(), ..Knowledge::NONE };
+        let mut before = Knowledge { information: problem.pointing_matrix(), ..Knowledge::default() };
         before.gradient = -(before.information * Vector3::new(0.0, local[1], local[2]));
         for ((prediction, v), after) in predictions.iter().zip(span).zip(after.iter().rev()) {
             let Some(own) = prediction else { continue };

@@ -203,11 +203,9 @@ pub(super) fn linearise(
     }
     points.flush(camera)?;
     cost += points.cost;
-    for a in 0..n {
-        for b in a..n {
-            h[a][b] += points.products.at(a, b);
-        }
-        g[a] += points.products.at(a, n);
+    for (a, (h, g)) in h.iter_mut().zip(&mut g).enumerate().take(n) {
+        h.iter_mut().enumerate().take(n).skip(a).for_each(|(b, h)| *h += points.products.at(a, b));
+        *g += points.products.at(a, n);
     }
     let chi2 = cost;
     let now = parameters(camera);
@@ -315,7 +313,7 @@ impl<'a> Points<'a> {
             shift[lane] = q * off;
             of.push((lane, *index));
         }
-        let mut coupling = vec![[0.0; LANES]; n];
+        let mut coupling = Vec::with_capacity(n + 1);
         let [sx, sy] = &slope;
         for k in 0..=n {
             let [x, y] = self.products.column(k);
@@ -325,10 +323,10 @@ impl<'a> Points<'a> {
                 x[l] -= sx[l] * (share[l] * dot[l] + off);
                 y[l] -= sy[l] * (share[l] * dot[l] + off);
             }
-            if k < n {
-                coupling[k] = dot;
-            }
+            coupling.push(dot);
         }
+        // The residual's is no coupling.
+        coupling.truncate(n);
         self.depths.push(Depths { of, information, gradient, coupling });
     }
 }

@@ -98,11 +98,9 @@ impl<'a> ViewSum<'a> {
         block.h = Matrix6::from_fn(|a, b| at(a.min(b), a.max(b)));
         block.g = SVector::from_fn(|a, _| at(a, POSE + n));
         block.coupling = Coupling::from_fn(|a, b| if b < n { at(a, POSE + b) } else { 0.0 });
-        for a in 0..n {
-            g[a] += at(POSE + a, POSE + n);
-            for b in a..n {
-                h[a][b] += at(POSE + a, POSE + b);
-            }
+        for (a, (h, g)) in h.iter_mut().zip(g).enumerate().take(n) {
+            *g += at(POSE + a, POSE + n);
+            h.iter_mut().enumerate().take(n).skip(a).for_each(|(b, h)| *h += at(POSE + a, POSE + b));
         }
     }
 }
