@@ -20,7 +20,7 @@ pub fn section(name: &str, found: &BoardCalibration) -> String {
         let items: String = found.advice.iter().map(|a| format!("<li>{}</li>", escape(a))).collect();
         html += &format!("<p>What would make it better, the most needed first:</p><ol>{items}</ol>\n");
     }
-    let head = ["view", "corners used", "rms (px)", "distance", "turned (&deg;)", ""];
+    let head = ["view", "corners used", "rms (px)", "distance", "turned (degrees)", ""];
     let rows: Vec<Vec<String>> = found.views.iter().enumerate().map(|(i, v)| row(i, v)).collect();
     html += &table(&head, &rows, 1);
     html += "<div class=\"figures\">\n";
