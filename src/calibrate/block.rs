@@ -336,6 +336,10 @@ mod tests {
                 wanted.extend(p.by_point.column_iter().map(Vector2::from));
                 wanted.extend([p.by_weight, pixel - p.pixel]);
                 for (column, wanted) in wanted.iter().enumerate() {
+                    // Without a lens nobody asks for derivatives by its coefficients.
+                    if lens == Distortion::None && (DISTORTION..ROTATION).contains(&column) {
+                        continue;
+                    }
                     let found = Vector2::new(block.rows[0][column][lane], block.rows[1][column][lane]);
                     let wanted = whitening * wanted;
                     assert!((found - wanted).norm() <= 1e-13 * (1.0 + wanted.norm()), "{lens:?} {column}");
