@@ -241,15 +241,15 @@ impl Adjusted {
     /// The columns' covariance over all parameters.
     fn expand(&self) -> DMatrix<f64> {
         let places = self.places();
-        let total = places.last().map_or(0, |p| p.end);
         let layout = &self.solution.layout;
-        let mut s = DMatrix::zeros(total, layout.count);
+        // Of each parameter the column that moves it.
+        let mut columns: Vec<Option<usize>> = vec![None; places.last().map_or(0, |p| p.end)];
         for (column, parameter) in layout.rig.iter().enumerate() {
-            s[(*parameter, column)] = 1.0;
+            columns[*parameter] = Some(column);
         }
         for ((first, free), place) in layout.stations.iter().zip(&places[1..]) {
             for (k, parameter) in free.iter().enumerate() {
-                s[(place.start + parameter, first + k)] = 1.0;
+                columns[place.start + parameter] = Some(first + k);
             }
         }
         for (index, c) in layout.cameras.iter().enumerate() {
@@ -257,17 +257,18 @@ impl Adjusted {
             let rows = compact_rows(self.solution.state.cameras[index].distortion.coefficients().len());
             for (k, unknown) in c.freedom.unknowns.iter().enumerate() {
                 for (row, _) in rows.iter().enumerate().filter(|(_, p)| unknown.moves(**p)) {
-                    s[(place.start + row, c.first + k)] = 1.0;
+                    columns[place.start + row] = Some(c.first + k);
                 }
             }
         }
         for (first, place) in layout.planes.iter().zip(&places[1 + self.stations.len() + layout.cameras.len()..]) {
             for k in 0..PLANE {
-                s[(place.start + k, first + k)] = 1.0;
+                columns[place.start + k] = Some(first + k);
             }
         }
-        let c = &s * &self.solution.covariance * s.transpose();
-        (&c + c.transpose()) * 0.5
+        let c = &self.solution.covariance;
+        let at = |i: usize, j: usize| columns[i].zip(columns[j]).map_or(0.0, |(i, j)| c[(i, j)]);
+        DMatrix::from_fn(columns.len(), columns.len(), at)
     }
 
     /// Covariance of a plane's unit normal and distance, in this order (metres).

@@ -11,7 +11,8 @@ pub(super) struct Own {
     pub information: [[f64; 3]; 3],
     pub gradient: [f64; 3],
     width: usize,
-    coupling: Vec<f64>,
+    /// One row an unknown, over the columns of the batch.
+    pub coupling: Vec<f64>,
 }
 
 impl Own {

@@ -3,7 +3,7 @@
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, MatRef, Par};
 
-const PANEL: usize = 64;
+const PANEL: usize = 256;
 
 /// The lower triangle of sum row^T row. One thread, fixed order: the same input gives the same bits.
 pub(super) struct Gram {
@@ -61,13 +61,13 @@ mod tests {
     fn equals_the_sum_of_outer_products() {
         let mut gram = Gram::new(5);
         let row = |k: usize| -> Vec<f64> { (0..5).map(|i| ((k * 7 + i * 3) % 11) as f64 - 4.0).collect() };
-        for k in 0..150 {
+        for k in 0..600 {
             gram.row().copy_from_slice(&row(k));
         }
         let sum = gram.finish();
         for i in 0..5 {
             for j in 0..=i {
-                let wanted: f64 = (0..150).map(|k| row(k)[i] * row(k)[j]).sum();
+                let wanted: f64 = (0..600).map(|k| row(k)[i] * row(k)[j]).sum();
                 assert!((sum[(i, j)] - wanted).abs() < 1e-9);
             }
         }

@@ -1,25 +1,27 @@
 //! The normal equations of all shots at one state, each shot's own unknowns eliminated.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
 use faer::Mat;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
+use super::batch::{Batch, Groups, merged};
 use super::eliminate::{Eliminated, Own};
 use super::gram::Gram;
 use super::layout::{Layout, PLANE, State};
 use super::plane_hit::PlaneHit;
 use super::problem::{AdjustOptions, Adjustment};
-use crate::calibrate::freedom::{ALL, full_jacobian};
+use super::tile::{Misfit, Seer, Tile};
+use crate::calibrate::block::{LANES, Products};
 use crate::error::{Error, Result};
-use crate::geometry::{Camera, Plane, RIG_PARAMETERS};
+use crate::geometry::{Plane, RIG_PARAMETERS};
 
 /// Rig and station: what a shot's ray depends on.
 const COMMON: usize = RIG_PARAMETERS + 6;
 /// Inverse depth of what is taken for infinitely far, 1/m: a hit there says nothing more.
 const LEAST_RHO: f64 = 1e-6;
-/// A row of a camera's equations: ray, camera, right-hand side.
-pub(super) const ROW: usize = COMMON + ALL + 1;
+/// A row of the head camera's equations or a plane's: ray, plane, right-hand side.
+pub(super) const ROW: usize = COMMON + PLANE + 1;
 
 /// What, besides the head camera, says something of a shot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -65,17 +67,15 @@ pub(super) struct Problem<'a> {
     /// they stay linear.
     focals: Vec<f64>,
     batches: Vec<Batch>,
-    /// Gram matrices: one for each station's head, then one for each pair of station and witness.
-    pairs: BTreeMap<(usize, Witness), usize>,
+    /// Pairs of station and camera, and of station and plane: each has a sum of its own.
+    cameras: Vec<(usize, usize)>,
+    planes: Vec<(usize, usize)>,
 }
 
-/// Shots from one station with the same witnesses: they touch the same columns.
-struct Batch {
-    station: usize,
-    shots: Vec<usize>,
-    columns: Vec<usize>,
-    /// For each witness its place in `columns`.
-    places: BTreeMap<Witness, usize>,
+/// Sums of rows that come one at a time: of each station's head, and of each pair of station and plane.
+struct Singles {
+    heads: Vec<Gram>,
+    planes: Vec<Gram>,
 }
 
 pub(super) struct System {
@@ -103,8 +103,8 @@ impl<'a> Problem<'a> {
     pub fn new(input: &'a Adjustment, layout: &'a Layout, start: &State, options: &AdjustOptions) -> Result<Self> {
         let mut views = Vec::new();
         let mut spans = vec![0];
-        let mut groups: BTreeMap<(usize, Vec<Witness>), Vec<usize>> = BTreeMap::new();
-        let mut pairs = BTreeMap::new();
+        let mut groups = Groups::new();
+        let mut pairs = BTreeSet::new();
         for (index, shot) in input.shots().iter().enumerate() {
             let head = shot.head.iter().map(|(pixel, covariance)| (None, pixel, covariance));
             let fixed = shot.sightings.iter().map(|s| (Some(Witness::Camera(s.camera)), &s.pixel, &s.covariance));
@@ -127,24 +127,23 @@ impl<'a> Problem<'a> {
             spans.push(views.len());
             witnesses.sort_unstable();
             for witness in &witnesses {
-                pairs.insert((shot.station, *witness), 0);
+                pairs.insert((shot.station, *witness));
             }
             groups.entry((shot.station, witnesses)).or_default().push(index);
         }
-        for (k, place) in pairs.values_mut().enumerate() {
-            *place = input.stations().len() + k;
-        }
-        let batches = groups
+        let pairs_with = |choose: fn(Witness) -> Option<usize>| {
+            pairs.iter().filter_map(|(station, witness)| Some((*station, choose(*witness)?))).collect()
+        };
+        let cameras = pairs_with(|w| if let Witness::Camera(i) = w { Some(i) } else { None });
+        let planes = pairs_with(|w| if let Witness::Plane(i) = w { Some(i) } else { None });
+        let batches = merged(layout, groups)
             .into_iter()
-            .map(|((station, witnesses), shots)| {
-                let (columns, places) = batch_columns(layout, station, witnesses.into_iter());
-                Batch { station, shots, columns, places }
-            })
+            .map(|((station, witnesses), shots)| Batch::new(layout, station, witnesses.into_iter(), shots))
             .collect();
         let information = |sigma: f64| if sigma > 0.0 { 1.0 / (sigma * sigma) } else { 0.0 };
         let pointing = options.pointing_sigma.map(information);
         let focals = start.cameras.iter().map(|c| c.intrinsics.fx).collect();
-        Ok(Self { input, layout, views, spans, pointing, huber: options.huber, focals, batches, pairs })
+        Ok(Self { input, layout, views, spans, pointing, huber: options.huber, focals, batches, cameras, planes })
     }
 
     /// Number of a shot's own unknowns.
@@ -177,10 +176,7 @@ impl<'a> Problem<'a> {
 
     /// The same measurements with other unknowns.
     pub fn with_layout<'b>(&'b self, layout: &'b Layout) -> Problem<'b> {
-        let batch = |b: &Batch| {
-            let (columns, places) = batch_columns(layout, b.station, b.places.keys().copied());
-            Batch { station: b.station, shots: b.shots.clone(), columns, places }
-        };
+        let batch = |b: &Batch| Batch::new(layout, b.station, b.witnesses.iter().map(|(w, _)| *w), b.shots.clone());
         Problem {
             input: self.input,
             layout,
@@ -190,7 +186,8 @@ impl<'a> Problem<'a> {
             huber: self.huber,
             focals: self.focals.clone(),
             batches: self.batches.iter().map(batch).collect(),
-            pairs: self.pairs.clone(),
+            cameras: self.cameras.clone(),
+            planes: self.planes.clone(),
         }
     }
 
@@ -202,70 +199,39 @@ impl<'a> Problem<'a> {
         let (mut cost, mut chi2) = (0.0, 0.0);
         let locals = self.local_count();
         let rig = self.layout.rig.len();
-        let mut grams: Vec<Gram> = (0..self.input.stations().len()).map(|_| Gram::new(rig + 1)).collect();
-        let width = |(station, witness): &(usize, Witness)| {
-            rig + self.layout.stations[*station].1.len() + self.layout.witness_columns(*witness).len() + 1
+        let width = |station: usize, own: usize| rig + self.layout.stations[station].1.len() + own + 1;
+        let of_camera = |(s, c): &(usize, usize)| Products::new(width(*s, self.layout.cameras[*c].freedom.count()));
+        let mut cameras: Vec<Products> = self.cameras.iter().map(of_camera).collect();
+        let mut singles = Singles {
+            heads: (0..self.input.stations().len()).map(|_| Gram::new(rig + 1)).collect(),
+            planes: self.planes.iter().map(|(s, _)| Gram::new(width(*s, PLANE))).collect(),
         };
-        grams.extend(self.pairs.keys().map(|pair| Gram::new(width(pair))));
         let mut eliminated: Vec<Eliminated> = (0..self.input.shots().len()).map(|_| Eliminated::default()).collect();
         for (b, batch) in self.batches.iter().enumerate() {
             let w = batch.columns.len();
             let mut couplings = Gram::new(w + 1);
-            for &shot in &batch.shots {
-                let mut own = Own::new(locals, w);
-                let point = self.point(state, shot);
-                let mut any = false;
-                for v in self.span(shot).filter(|v| used[*v]) {
-                    any = true;
-                    let view = &self.views[v];
-                    let mut rows = [[0.0; ROW]; 2];
-                    let (squared, weight) = match view.by {
-                        None => {
-                            let residual = self.head_rows(state, shot, view, &mut rows, &mut own)?;
-                            let k = &mut grams[batch.station];
-                            rows.iter().for_each(|r| k.row().copy_from_slice(&r[..=rig]));
-                            residual
-                        }
-                        Some(witness) => {
-                            let place = *batch.places.get(&witness)?;
-                            let rho = state.locals[shot][0];
-                            let residual = match witness {
-                                Witness::Camera(camera) => {
-                                    let seen = &state.cameras[camera];
-                                    self.camera_rows(camera, seen, rho, view, &point, &mut rows, &mut own, place)?
-                                }
-                                Witness::Plane(plane) => self.plane_rows(
-                                    &state.planes[plane],
-                                    rho,
-                                    view,
-                                    &point,
-                                    &mut rows,
-                                    &mut own,
-                                    place,
-                                )?,
-                            };
-                            let pair = *self.pairs.get(&(batch.station, witness))?;
-                            let used = point.common + self.layout.witness_columns(witness).len() + 1;
-                            rows.iter().take(view.rows()).for_each(|r| grams[pair].row().copy_from_slice(&r[..used]));
-                            residual
-                        }
-                    };
-                    chi2 += squared;
-                    cost += if weight < 1.0 { self.huber * (2.0 * squared.sqrt() - self.huber) } else { squared };
+            for shots in batch.shots.chunks(LANES) {
+                let points: Vec<(ShotPoint, f64)> =
+                    shots.iter().map(|shot| (self.point(state, *shot), state.locals[*shot][0])).collect();
+                let mut tile = Tile::new(&points, w, locals);
+                for (camera, place, views) in self.seen(batch, shots, used) {
+                    let pair = self.cameras.binary_search(&(batch.station, camera)).ok()?;
+                    let unknowns = &self.layout.cameras[camera].freedom.unknowns;
+                    let seer = Seer { camera: &state.cameras[camera], unknowns, place };
+                    let misfit = tile.add(&seer, &views, self.huber, &mut cameras[pair])?;
+                    chi2 += misfit.chi2;
+                    cost += misfit.cost;
                 }
-                if !any {
-                    continue;
-                }
-                if locals == 3 {
-                    for k in 0..2 {
-                        let (angle, information) = (state.locals[shot][k + 1], self.pointing_information(k));
-                        own.information[k + 1][k + 1] += information;
-                        own.gradient[k + 1] -= angle * information;
-                        chi2 += angle * angle * information;
-                        cost += angle * angle * information;
+                for (lane, &shot) in shots.iter().enumerate() {
+                    if !self.span(shot).any(|v| used[v]) {
+                        continue;
                     }
+                    let mut own = tile.own(lane);
+                    let misfit = self.add_singly(state, shot, &points[lane], used, batch, &mut own, &mut singles)?;
+                    chi2 += misfit.chi2;
+                    cost += misfit.cost;
+                    eliminated[shot] = own.eliminate(&mut couplings, b)?;
                 }
-                eliminated[shot] = own.eliminate(&mut couplings, b)?;
             }
             let sum = couplings.finish();
             for (i, &ci) in batch.columns.iter().enumerate() {
@@ -275,17 +241,90 @@ impl<'a> Problem<'a> {
                 g[ci] -= sum[(w, i)];
             }
         }
-        for (station, gram) in grams.iter_mut().take(self.input.stations().len()).enumerate() {
+        for (station, gram) in singles.heads.iter_mut().enumerate() {
             let columns = self.layout.common_columns(station);
-            add(&mut h, &mut g, gram, &columns[..rig]);
+            let sum = gram.finish();
+            add(&mut h, &mut g, &columns[..rig], |i, j| sum[(i, j)]);
         }
-        for ((station, witness), place) in &self.pairs {
-            let mut columns = self.layout.common_columns(*station);
-            columns.extend(self.layout.witness_columns(*witness));
-            add(&mut h, &mut g, &mut grams[*place], &columns);
+        for ((station, plane), gram) in self.planes.iter().zip(&mut singles.planes) {
+            let columns = self.layout.pair_columns(*station, Witness::Plane(*plane));
+            let sum = gram.finish();
+            add(&mut h, &mut g, &columns, |i, j| sum[(i, j)]);
+        }
+        for ((station, camera), products) in self.cameras.iter().zip(&cameras) {
+            let columns = self.layout.pair_columns(*station, Witness::Camera(*camera));
+            add(&mut h, &mut g, &columns, |i, j| products.at(j, i));
         }
         self.add_priors(state, &mut h, &mut g, &mut cost);
         cost.is_finite().then_some(System { h, g, cost, chi2, eliminated })
+    }
+
+    /// What no camera's block has of a shot: what the head camera saw, which plane it hit, and what is known
+    /// of its pointing.
+    #[allow(clippy::too_many_arguments)]
+    fn add_singly(
+        &self,
+        state: &State,
+        shot: usize,
+        (point, rho): &(ShotPoint, f64),
+        used: &[bool],
+        batch: &Batch,
+        own: &mut Own,
+        singles: &mut Singles,
+    ) -> Option<Misfit> {
+        let mut misfit = Misfit::default();
+        for view in self.span(shot).filter(|v| used[*v]).map(|v| &self.views[v]) {
+            let mut rows = [[0.0; ROW]; 2];
+            let (squared, weight) = match view.by {
+                None => {
+                    let residual = self.head_rows(state, shot, view, &mut rows, own)?;
+                    let sum = &mut singles.heads[batch.station];
+                    rows.iter().for_each(|r| sum.row().copy_from_slice(&r[..=self.layout.rig.len()]));
+                    residual
+                }
+                Some(Witness::Camera(_)) => continue,
+                Some(Witness::Plane(plane)) => {
+                    let place = batch.place(Witness::Plane(plane))?;
+                    let residual = self.plane_row(&state.planes[plane], *rho, view, point, &mut rows, own, place)?;
+                    let pair = self.planes.binary_search(&(batch.station, plane)).ok()?;
+                    singles.planes[pair].row().copy_from_slice(&rows[0][..=point.common + PLANE]);
+                    residual
+                }
+            };
+            misfit.chi2 += squared;
+            misfit.cost += if weight < 1.0 { self.huber * (2.0 * squared.sqrt() - self.huber) } else { squared };
+        }
+        if self.local_count() == 3 {
+            for k in 0..2 {
+                let (angle, information) = (state.locals[shot][k + 1], self.pointing_information(k));
+                own.information[k + 1][k + 1] += information;
+                own.gradient[k + 1] -= angle * information;
+                misfit.chi2 += angle * angle * information;
+                misfit.cost += angle * angle * information;
+            }
+        }
+        Some(misfit)
+    }
+
+    /// Of each camera that saw one of the shots: itself, its place in the batch's columns, and of each shot
+    /// what it saw.
+    fn seen(&self, batch: &Batch, shots: &[usize], used: &[bool]) -> Vec<(usize, usize, [Option<&View>; LANES])> {
+        let of_camera = |(witness, place): &(Witness, usize)| match witness {
+            Witness::Camera(camera) => Some((*camera, *place, [None; LANES])),
+            Witness::Plane(_) => None,
+        };
+        // Cameras come before planes, in their order.
+        let mut seen: Vec<_> = batch.witnesses.iter().map_while(of_camera).collect();
+        for (lane, &shot) in shots.iter().enumerate() {
+            for v in self.span(shot).filter(|v| used[*v]) {
+                if let Some(Witness::Camera(camera)) = self.views[v].by
+                    && let Ok(k) = seen.binary_search_by_key(&camera, |(c, ..)| *c)
+                {
+                    seen[k].2[lane] = Some(&self.views[v]);
+                }
+            }
+        }
+        seen
     }
 
     /// An exact angle among a shot's unknowns (only the other one is noisy) is held by a belief far
@@ -317,46 +356,10 @@ impl<'a> Problem<'a> {
         Some((squared, weight))
     }
 
-    /// Whitened rows of a fixed camera: over the ray's columns, the camera's, then the right-hand side.
-    #[allow(clippy::too_many_arguments)]
-    fn camera_rows(
-        &self,
-        camera: usize,
-        seen: &Camera,
-        rho: f64,
-        view: &View,
-        point: &ShotPoint,
-        rows: &mut [[f64; ROW]; 2],
-        own: &mut Own,
-        place: usize,
-    ) -> Option<(f64, f64)> {
-        let p = seen.project_homogeneous(&point.xyz, rho)?;
-        let (residual, squared, weight, w) = self.weigh(view, &p.pixel);
-        let by_point = w * p.by_point;
-        for (k, by) in point.by_common.iter().enumerate().take(point.common) {
-            let d = by_point * by;
-            (rows[0][k], rows[1][k]) = (d.x, d.y);
-        }
-        let unknowns = &self.layout.cameras[camera].freedom.unknowns;
-        if !unknowns.is_empty() {
-            let full = full_jacobian(&p);
-            for (k, unknown) in unknowns.iter().enumerate() {
-                let d = w * unknown.derivative(&full);
-                (rows[0][point.common + k], rows[1][point.common + k]) = (d.x, d.y);
-            }
-        }
-        let last = point.common + unknowns.len();
-        (rows[0][last], rows[1][last]) = (residual.x, residual.y);
-        let mut by_local = point.by_local.map(|by| by_point * by);
-        by_local[0] += w * p.by_weight;
-        own.add(&by_local, &residual, rows, &[(0, 0, point.common), (point.common, place, unknowns.len())]);
-        Some((squared, weight))
-    }
-
     /// Whitened row of a plane, the second left empty: over the ray's columns, the plane's, then the
     /// right-hand side.
     #[allow(clippy::too_many_arguments)]
-    fn plane_rows(
+    fn plane_row(
         &self,
         plane: &Plane,
         rho: f64,
@@ -447,26 +450,17 @@ pub(super) fn point(input: &Adjustment, layout: &Layout, state: &State, shot: us
     }
 }
 
-/// The columns that shots from a station with these witnesses touch, and where each one's begin.
-fn batch_columns(
-    layout: &Layout,
-    station: usize,
-    witnesses: impl Iterator<Item = Witness>,
-) -> (Vec<usize>, BTreeMap<Witness, usize>) {
-    let mut columns = layout.common_columns(station);
-    let mut places = BTreeMap::new();
-    for witness in witnesses {
-        places.insert(witness, columns.len());
-        columns.extend(layout.witness_columns(witness));
-    }
-    (columns, places)
-}
-
 impl Layout {
     /// Columns that the ray of a shot from this station depends on.
     pub fn common_columns(&self, station: usize) -> Vec<usize> {
         let (first, free) = &self.stations[station];
         (0..self.rig.len()).chain(*first..first + free.len()).collect()
+    }
+
+    fn pair_columns(&self, station: usize, witness: Witness) -> Vec<usize> {
+        let mut columns = self.common_columns(station);
+        columns.extend(self.witness_columns(witness));
+        columns
     }
 
     pub fn witness_columns(&self, witness: Witness) -> std::ops::Range<usize> {
@@ -480,15 +474,14 @@ impl Layout {
     }
 }
 
-/// Adds a Gram matrix with its right-hand side as last column.
-fn add(h: &mut Mat<f64>, g: &mut [f64], gram: &mut Gram, columns: &[usize]) {
-    let sum = gram.finish();
+/// Adds a sum of products, the right-hand side as its last row.
+fn add(h: &mut Mat<f64>, g: &mut [f64], columns: &[usize], sum: impl Fn(usize, usize) -> f64) {
     let w = columns.len();
     for (i, &ci) in columns.iter().enumerate() {
         for (j, &cj) in columns.iter().enumerate().take(i + 1) {
-            h[(ci.max(cj), ci.min(cj))] += sum[(i, j)];
+            h[(ci.max(cj), ci.min(cj))] += sum(i, j);
         }
-        g[ci] += sum[(w, i)];
+        g[ci] += sum(w, i);
     }
 }
 

@@ -6,6 +6,7 @@
 //! angles, which a Schur complement eliminates; each group of parameters has a Gaussian prior.
 
 mod adjusted;
+mod batch;
 mod check;
 mod eliminate;
 mod gram;
@@ -17,6 +18,7 @@ mod prior;
 mod problem;
 mod solve;
 mod start;
+mod tile;
 mod weakness;
 
 pub use crate::calibrate::{FitCheck, Suspect, Weakness};

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::layout::State;
-use super::linearise::{Problem, Witness};
+use super::linearise::{Problem, ShotPoint, Witness};
 use super::plane_hit::PlaneHit;
 use crate::error::{Error, Result};
 
@@ -23,33 +23,58 @@ struct Prediction {
     by_local: [Vector2<f64>; 3],
 }
 
+/// What views say of a shot's own unknowns.
+#[derive(Clone, Copy, Default)]
+struct Knowledge {
+    information: Matrix3<f64>,
+    gradient: Vector3<f64>,
+}
+
+impl Knowledge {
+    fn add(&mut self, view: &Prediction, count: usize) {
+        for a in 0..count {
+            self.gradient[a] += view.by_local[a].dot(&view.residual);
+            for b in 0..count {
+                self.information[(a, b)] += view.by_local[a].dot(&view.by_local[b]);
+            }
+        }
+    }
+}
+
 /// Squared distance (chi-square, two degrees of freedom) of every view from what the used views of
 /// its shot, itself left out, predict; infinite where it cannot be predicted.
 pub(super) fn distances(problem: &Problem<'_>, state: &State, used: &[bool]) -> Vec<f64> {
     let count = problem.local_count();
     let mut distances = vec![f64::INFINITY; problem.views.len()];
+    let mut predictions: Vec<Option<Prediction>> = Vec::new();
+    // Of each view what those after it say: sums from both ends leave a view out without a difference.
+    let mut after: Vec<Knowledge> = Vec::new();
     for shot in 0..problem.input.shots().len() {
         let span = problem.span(shot);
-        let predictions: Vec<Option<Prediction>> = span.clone().map(|v| predict(problem, state, shot, v)).collect();
-        for (k, v) in span.clone().enumerate() {
-            let Some(own) = &predictions[k] else { continue };
-            let mut information = problem.pointing_matrix();
-            let local = state.locals[shot];
-            let mut gradient = -(information * Vector3::new(0.0, local[1], local[2]));
+        let point = problem.point(state, shot);
+        predictions.clear();
+        predictions.extend(span.clone().map(|v| predict(problem, state, &point, shot, v)));
+        after.clear();
+        let mut sum = Knowledge::default();
+        for (prediction, v) in predictions.iter().zip(span.clone()).rev() {
+            after.push(sum);
+            if let (Some(view), true) = (prediction, used[v]) {
+                sum.add(view, count);
+            }
+        }
+        let local = state.locals[shot];
+        let mut before = Knowledge { information: problem.pointing_matrix(), ..Knowledge::default() };
+        before.gradient = -(before.information * Vector3::new(0.0, local[1], local[2]));
+        for ((prediction, v), after) in predictions.iter().zip(span).zip(after.iter().rev()) {
+            let Some(own) = prediction else { continue };
+            let mut information = before.information + after.information;
             // A view tested alone: only what no depth explains counts.
             information[(0, 0)] += 1e-6 * own.by_local[0].norm_squared();
-            for (other, u) in predictions.iter().zip(span.clone()) {
-                if let (Some(other), true, true) = (other, u != v, used[u]) {
-                    for a in 0..count {
-                        gradient[a] += other.by_local[a].dot(&other.residual);
-                        for b in 0..count {
-                            information[(a, b)] += other.by_local[a].dot(&other.by_local[b]);
-                        }
-                    }
-                }
-            }
-            if let Some(d) = distance(own, &information, &gradient, count) {
+            if let Some(d) = distance(own, &information, &(before.gradient + after.gradient), count) {
                 distances[v] = d;
+            }
+            if used[v] {
+                before.add(own, count);
             }
         }
     }
@@ -70,7 +95,7 @@ fn distance(own: &Prediction, information: &Matrix3<f64>, gradient: &Vector3<f64
     d.is_finite().then_some(d)
 }
 
-fn predict(problem: &Problem<'_>, state: &State, shot: usize, v: usize) -> Option<Prediction> {
+fn predict(problem: &Problem<'_>, state: &State, point: &ShotPoint, shot: usize, v: usize) -> Option<Prediction> {
     let view = &problem.views[v];
     let w = view.whitening;
     let rho = state.locals[shot][0];
@@ -81,14 +106,13 @@ fn predict(problem: &Problem<'_>, state: &State, shot: usize, v: usize) -> Optio
             Prediction { residual: w * (view.pixel - spot.pixel), by_local }
         }
         Some(Witness::Camera(camera)) => {
-            let point = problem.point(state, shot);
             let p = state.cameras[camera].project_homogeneous(&point.xyz, rho)?;
             let mut by_local = point.by_local.map(|by| w * (p.by_point * by));
             by_local[0] += w * p.by_weight;
             Prediction { residual: w * (view.pixel - p.pixel), by_local }
         }
         Some(Witness::Plane(plane)) => {
-            let hit = PlaneHit::of(&state.planes[plane], &problem.point(state, shot), rho);
+            let hit = PlaneHit::of(&state.planes[plane], point, rho);
             let residual = Vector2::new(-w.m11 * hit.distance, 0.0);
             Prediction { residual, by_local: hit.by_local.map(|by| Vector2::new(w.m11 * by, 0.0)) }
         }

@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use super::layout::{State, options as camera_options};
-use super::problem::{AdjustOptions, Adjustment, CameraSetup, Station};
+use super::problem::{AdjustOptions, Adjustment, CameraSetup, Sighting, Station};
 use crate::calibrate::{CalibrationOptions, Correspondences, Observation, calibrate_camera};
 use crate::error::{Error, Result};
 use crate::geometry::{Camera, InverseDepthPoint, Plane, RigModel, Rigid};
@@ -14,6 +14,10 @@ use crate::pose::{PlaneEstimate, PlaneFitOptions, fit_plane_to_shots};
 
 /// Shots that a station and a camera must share before one places the other.
 const MIN_SHARED: usize = 6;
+
+/// Shots of a camera that its start is taken from, spread over all of them: more would only sharpen what
+/// the adjustment does better.
+const ENOUGH: usize = 400;
 
 /// Standard deviation (radians, metres) up to which what is said of a station's pose is as good as what its
 /// shots say: a few pixels in a camera.
@@ -38,13 +42,18 @@ impl Depths {
     fn set(&self, input: &Adjustment, camera: usize, pose: impl Fn(usize) -> Option<Rigid>) -> Result<Correspondences> {
         let setup = &input.cameras()[camera];
         let mut set = Correspondences::new(setup.width, setup.height)?;
-        for (shot, depth) in input.shots().iter().zip(&self.0) {
-            let sighting = shot.sightings.iter().find(|s| s.camera == camera);
-            if let (Some(seen), Some(pose), Some(p)) = (sighting, pose(shot.station), depth) {
-                let shot =
-                    InverseDepthPoint { origin: pose.apply(&p.origin), direction: pose.rotation * p.direction, ..*p };
-                set.add(Observation::Shot { shot, pixel: seen.pixel, pixel_covariance: seen.covariance })?;
-            }
+        let of_camera = |(shot, depth): (&super::Shot, &Option<InverseDepthPoint>)| {
+            let seen = *shot.sightings.iter().find(|s| s.camera == camera)?;
+            Some((seen, pose(shot.station)?, (*depth)?))
+        };
+        let all: Vec<(Sighting, Rigid, InverseDepthPoint)> =
+            input.shots().iter().zip(&self.0).filter_map(of_camera).collect();
+        let taken = all.len().min(ENOUGH);
+        for i in 0..taken {
+            let (seen, pose, p) = &all[i * all.len() / taken];
+            let shot =
+                InverseDepthPoint { origin: pose.apply(&p.origin), direction: pose.rotation * p.direction, ..*p };
+            set.add(Observation::Shot { shot, pixel: seen.pixel, pixel_covariance: seen.covariance })?;
         }
         Ok(set)
     }

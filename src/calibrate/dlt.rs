@@ -4,7 +4,7 @@
 //! `inverse_depth` the closed form for every mixture, statistically efficient for laser shots too
 //! (maths.md section 9.2); `minimal` the null vector of six measurements for sampling.
 
-use nalgebra::{Matrix3, Matrix3x4, Vector2, Vector3, Vector4};
+use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector2, Vector3, Vector4};
 
 pub(crate) use super::closed_form::inverse_depth;
 use super::line_measurement::{LineMeasurement, Span};
@@ -13,7 +13,7 @@ use super::stand_ins::stand_ins;
 use super::{Correspondences, ObservedLine};
 use crate::error::{Degeneracy, Error, Result};
 use crate::geometry::Line3;
-use crate::geometry::linalg::{Normalisation2, Normalisation3, right_singular};
+use crate::geometry::linalg::{Matrix12, Normalisation2, Normalisation3, right_singular};
 use crate::geometry::rigid::skew;
 
 /// Fewest points that determine a projection matrix.
@@ -38,16 +38,22 @@ pub fn points(world: &[Vector3<f64>], pixels: &[Vector2<f64>]) -> Result<Matrix3
         .ok_or_else(|| Error::degenerate(Degeneracy::Coincident, "all 3D points coincide"))?;
     let image = Normalisation2::of(pixels)
         .ok_or_else(|| Error::degenerate(Degeneracy::ImageCollapsed, "all image points coincide"))?;
-    let rows: Vec<[f64; 12]> =
-        world.iter().zip(pixels).flat_map(|(x, m)| rows(&space.apply(x).push(1.0), &image.apply(m))).collect();
-    let svd = right_singular(&rows);
-    if svd.values[10] <= 1e-10 * svd.values[0] {
-        return Err(Error::degenerate(
-            Degeneracy::IllConditioned,
-            "more than one projection matrix explains the points (coplanar, or on a twisted cubic)",
-        ));
-    }
-    let p = image.inverse_matrix() * Matrix3x4::from_row_slice(&svd.vectors[11]) * space.matrix();
+    let normalised = || world.iter().zip(pixels).map(|(x, m)| (space.apply(x).push(1.0), image.apply(m)));
+    let p = match by_moments(normalised()) {
+        Some(p) => p,
+        None => {
+            let rows: Vec<[f64; 12]> = normalised().flat_map(|(x, m)| rows(&x, &m)).collect();
+            let svd = right_singular(&rows);
+            if svd.values[10] <= 1e-10 * svd.values[0] {
+                return Err(Error::degenerate(
+                    Degeneracy::IllConditioned,
+                    "more than one projection matrix explains the points (coplanar, or on a twisted cubic)",
+                ));
+            }
+            Matrix3x4::from_row_slice(&svd.vectors[11])
+        }
+    };
+    let p = image.inverse_matrix() * p * space.matrix();
     oriented(&p).ok_or_else(|| Error::degenerate(Degeneracy::IllConditioned, "P has no finite camera centre"))
 }
 
@@ -90,6 +96,35 @@ pub fn lines(world: &[Line3], segments: &[[Vector2<f64>; 2]]) -> Result<Matrix3x
 fn line_rows(frame: &Frame, m: &LineMeasurement) -> [[f64; 12]; 2] {
     let (l, _) = frame.image_line(m);
     frame.span(m).points.map(|x| std::array::from_fn(|i| l[i / 4] * x[i % 4]))
+}
+
+/// The null vector of all rows of eq. (2) from their normal equations, which are forty sums over the points.
+/// They square the condition: `None` where the second smallest singular value is so near to nothing that
+/// more than six digits would be lost, and the rows themselves must tell.
+fn by_moments(points: impl Iterator<Item = (Vector4<f64>, Vector2<f64>)>) -> Option<Matrix3x4<f64>> {
+    const LOST: f64 = 1e-6;
+    // Of x x^T, upper triangle, times 1, u, v and u^2 + v^2.
+    let mut moments = [[0.0; 10]; 4];
+    for (x, m) in points {
+        let [a, b, c, d] = [x.x, x.y, x.z, x.w];
+        let products = [a * a, a * b, a * c, a * d, b * b, b * c, b * d, c * c, c * d, d * d];
+        for (sums, factor) in moments.iter_mut().zip([1.0, m.x, m.y, m.norm_squared()]) {
+            sums.iter_mut().zip(&products).for_each(|(sum, product)| *sum += factor * product);
+        }
+    }
+    let [plain, u, v, squares] = moments.map(|[aa, ab, ac, ad, bb, bc, bd, cc, cd, dd]| {
+        Matrix4::new(aa, ab, ac, ad, ab, bb, bc, bd, ac, bc, cc, cd, ad, bd, cd, dd)
+    });
+    let mut h = Matrix12::zeros();
+    for (i, j, block) in [(0, 0, plain), (1, 1, plain), (0, 2, -u), (2, 0, -u), (1, 2, -v), (2, 1, -v), (2, 2, squares)]
+    {
+        h.fixed_view_mut::<4, 4>(4 * i, 4 * j).copy_from(&block);
+    }
+    let eigen = h.try_symmetric_eigen(f64::EPSILON, 1000)?;
+    let mut order: [usize; 12] = std::array::from_fn(|i| i);
+    order.sort_by(|&i, &j| eigen.eigenvalues[i].total_cmp(&eigen.eigenvalues[j]));
+    let sound = eigen.eigenvalues[order[1]] > LOST * eigen.eigenvalues[order[11]];
+    sound.then(|| Matrix3x4::from_row_slice(eigen.eigenvectors.column(order[0]).as_slice()))
 }
 
 /// The two independent rows of eq. (2) for the row-ordered entries of P.
@@ -225,4 +260,40 @@ fn measurements(set: &Correspondences) -> Result<Vec<Measurement>> {
         return Err(Error::TooFewPoints { given: set.len(), needed: MIN_POINTS });
     }
     Ok(set.observations().iter().map(|o| Measurement::new(o, 1.0, true)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_chacha::ChaCha8Rng;
+    use rand_core::{Rng, SeedableRng};
+
+    use super::*;
+
+    /// Points in a box as deep as `relief`, seen with noise.
+    fn seen(relief: f64) -> Vec<(Vector4<f64>, Vector2<f64>)> {
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let mut uniform = || rng.next_u64() as f64 / 2f64.powi(64) - 0.5;
+        let p = Matrix3x4::new(1.0, 0.1, -0.2, 0.3, 0.0, 1.2, 0.1, -0.1, 0.05, -0.1, 0.3, 2.0);
+        let mut point = || {
+            let x = Vector4::new(3.0 * uniform(), 3.0 * uniform(), relief * uniform(), 1.0);
+            let y = p * x;
+            (x, y.xy() / y.z + Vector2::new(uniform(), uniform()) * 1e-3)
+        };
+        (0..200).map(|_| point()).collect()
+    }
+
+    #[test]
+    fn moments_give_what_the_rows_give() {
+        let points = seen(3.0);
+        let p = by_moments(points.iter().copied()).unwrap();
+        let rows: Vec<[f64; 12]> = points.iter().flat_map(|(x, m)| rows(x, m)).collect();
+        let wanted = Matrix3x4::from_row_slice(&right_singular(&rows).vectors[11]);
+        assert!((p * p.dot(&wanted).signum() - wanted).norm() < 1e-11);
+    }
+
+    #[test]
+    fn moments_are_not_asked_where_they_lose_digits() {
+        assert!(by_moments(seen(1e-3).into_iter()).is_none());
+        assert!(by_moments(seen(0.0).into_iter()).is_none());
+    }
 }

@@ -48,6 +48,11 @@ impl Measurement {
         }
     }
 
+    /// A point without any noise of its own.
+    pub fn is_exact(&self) -> bool {
+        self.as_point().is_some_and(PointMeasurement::is_exact)
+    }
+
     /// Where it was seen: one pixel, or a segment's ends.
     pub fn pixels(&self) -> &[Vector2<f64>] {
         match self {
@@ -158,6 +163,10 @@ impl PointMeasurement {
         self.sigma_rho > 0.0
     }
 
+    pub fn is_exact(&self) -> bool {
+        !self.has_depth() && !self.has_world_covariance
+    }
+
     pub fn has_world_covariance(&self) -> bool {
         self.has_world_covariance
     }
@@ -200,6 +209,10 @@ impl PointMeasurement {
 
     fn residual(&self, camera: &Camera) -> Option<(Vector2<f64>, Matrix2<f64>)> {
         let x = self.homogeneous(self.rho);
+        if self.is_exact() {
+            let pixel = camera.project(&x.xyz())?;
+            return Some((self.pixel - pixel, self.pixel_covariance));
+        }
         let p = camera.project_homogeneous(&x.xyz(), x.w)?;
         let mut covariance = self.pixel_covariance;
         for column in self.noise_columns() {

@@ -1,5 +1,6 @@
 //! Calibration of a fixed camera from 2D-3D sets.
 
+pub(crate) mod block;
 pub mod boards;
 pub(crate) mod check;
 mod closed_form;

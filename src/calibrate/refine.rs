@@ -4,12 +4,19 @@
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
+use super::block::{Block, LANES, Lanes, POINT, Products, RESIDUAL};
 use super::freedom::{ALL, Freedom, Row, full_jacobian, moved, parameters};
+use super::line_measurement::LineMeasurement;
 use super::measurement::{Measurement, PointMeasurement};
 use crate::control::Cancel;
 use crate::error::{Error, Result};
 use crate::geometry::Camera;
 use crate::geometry::linalg::invert_spd;
+
+/// Squared length of a step, in units of the noise, after which nothing that matters changes.
+const CONVERGED: f64 = 1e-10;
+/// As good as no damping of what is determined at all.
+const UNDAMPED: f64 = 1e-9;
 
 pub(crate) struct Refined {
     pub camera: Camera,
@@ -38,15 +45,16 @@ pub(super) struct System {
     /// Data and priors.
     cost: f64,
     chi2: f64,
-    /// Of the eliminated inverse depths, in the order of the shots.
-    depths: Vec<Depth>,
+    depths: Vec<Depths>,
 }
 
-/// One eliminated inverse depth: its information, gradient, and coupling to the free parameters.
-struct Depth {
-    information: f64,
-    gradient: f64,
-    coupling: Row,
+/// Eliminated inverse depths of a block: their information, gradients, and couplings to the unknowns.
+struct Depths {
+    /// Lanes that have one, with their measurements.
+    of: Vec<(usize, usize)>,
+    information: Lanes,
+    gradient: Lanes,
+    coupling: Vec<Lanes>,
 }
 
 /// Refines `camera` on `measurements`, whose assumed noises are multiplied by `noise_factor`.
@@ -74,31 +82,29 @@ pub(crate) fn refine(
     while iterations < max_iterations && !converged {
         cancel.check()?;
         iterations += 1;
-        let step = solve(&system, damping);
-        let next = step.as_ref().and_then(|step| {
-            let next_state = moved(&state, freedom, step.as_slice())?;
-            let mut next_rhos = rhos.clone();
-            let mut shots = system.depths.iter();
-            for (m, rho) in measurements.iter().zip(&mut next_rhos) {
-                if m.as_point().is_some_and(PointMeasurement::has_depth) {
-                    let d = shots.next()?;
-                    let moved: f64 = d.coupling.iter().zip(step.iter()).map(|(b, s)| b * s).sum();
-                    *rho += (d.gradient - moved) / (d.information * (1.0 + damping));
-                }
-            }
+        let next = system.step(&state, &rhos, freedom, damping);
+        // Damping shortens steps along what is hardly determined: without it the step must be short too.
+        if next.as_ref().is_some_and(|(.., size)| *size < CONVERGED)
+            && let Some((last_state, last_rhos, size)) = system.step(&state, &rhos, freedom, damping.min(UNDAMPED))
+            && size < CONVERGED
+        {
+            // Too short for the equations to be others after it.
+            (state, rhos, converged) = (last_state, last_rhos, true);
+            break;
+        }
+        let next = next.and_then(|(next_state, next_rhos, _)| {
             let next_system = linearise(measurements, &weights, &next_state, &next_rhos, freedom, focal)?;
             (next_system.cost <= system.cost * (1.0 + 1e-12)).then_some((next_state, next_rhos, next_system))
         });
-        match (next, step) {
-            (Some((next_state, next_rhos, next_system)), Some(step)) => {
-                // Steps far below the noise change nothing that matters; so does standing still.
-                let size = step.dot(&(&system.h * &step));
+        match next {
+            Some((next_state, next_rhos, next_system)) => {
+                // Standing still is the end too.
                 let gain = system.cost - next_system.cost;
-                converged = (size < 1e-10 && damping < 1.0) || gain <= 1e-14 * (1e-12 + system.cost) && damping < 1e-2;
+                converged = gain <= 1e-14 * (1e-12 + system.cost) && damping < 1e-2;
                 (state, rhos, system) = (next_state, next_rhos, next_system);
                 damping = (damping * 0.1).max(1e-12);
             }
-            _ => {
+            None => {
                 damping *= 10.0;
                 if damping > 1e12 {
                     // No downhill step of any length: at the minimum to rounding.
@@ -186,38 +192,20 @@ pub(super) fn linearise(
     focal: f64,
 ) -> Option<System> {
     let n = freedom.count();
-    let mut h = [[0.0; ALL]; ALL];
-    let mut g = [0.0; ALL];
+    let mut points = Points::new(freedom);
+    let (mut h, mut g) = ([[0.0; ALL]; ALL], [0.0; ALL]);
     let mut cost = 0.0;
-    let mut depths = Vec::with_capacity(measurements.len());
-    let mut j = [[0.0; ALL]; 2];
-    for ((m, w), &rho) in measurements.iter().zip(weights).zip(rhos) {
-        let Prediction { residual, by_parameter, by_depth } = predict(m, camera, rho)?;
-        let r = w * residual;
-        cost += r.norm_squared();
-        for (k, unknown) in freedom.unknowns.iter().enumerate() {
-            let white = w * unknown.derivative(&by_parameter);
-            (j[0][k], j[1][k]) = (white.x, white.y);
+    for (index, ((m, w), &rho)) in measurements.iter().zip(weights).zip(rhos).enumerate() {
+        match m {
+            Measurement::Point(m) => points.add(index, m, w, rho, camera)?,
+            Measurement::Line(m) => cost += add_line(m, w, camera, freedom, &mut h, &mut g)?,
         }
-        accumulate(&mut h, &j[0], 1.0, n);
-        accumulate(&mut h, &j[1], 1.0, n);
-        for (a, g) in g.iter_mut().enumerate() {
-            *g += j[0][a] * r.x + j[1][a] * r.y;
-        }
-        if let Some(m) = m.as_point().filter(|m| m.has_depth()) {
-            let slope = w * by_depth;
-            let stated = 1.0 / (m.sigma_rho * m.sigma_rho);
-            let off = m.rho - rho;
-            cost += off * off * stated;
-            let information = slope.norm_squared() + stated;
-            let gradient = slope.dot(&r) + off * stated;
-            let coupling: Row = std::array::from_fn(|a| slope.x * j[0][a] + slope.y * j[1][a]);
-            accumulate(&mut h, &coupling, -1.0 / information, n);
-            for (g, b) in g.iter_mut().zip(&coupling) {
-                *g -= b * gradient / information;
-            }
-            depths.push(Depth { information, gradient, coupling });
-        }
+    }
+    points.flush(camera)?;
+    cost += points.cost;
+    for (a, (h, g)) in h.iter_mut().zip(&mut g).enumerate().take(n) {
+        h.iter_mut().enumerate().take(n).skip(a).for_each(|(b, h)| *h += points.products.at(a, b));
+        *g += points.products.at(a, n);
     }
     let chi2 = cost;
     let now = parameters(camera);
@@ -235,7 +223,7 @@ pub(super) fn linearise(
     }
     let h = DMatrix::from_fn(n, n, |a, b| if a <= b { h[a][b] } else { h[b][a] });
     let g = DVector::from_column_slice(&g[..n]);
-    cost.is_finite().then_some(System { h, g, cost, chi2, depths })
+    cost.is_finite().then_some(System { h, g, cost, chi2, depths: points.depths })
 }
 
 /// Adds weight * row^T row to the upper triangle of the first `n` rows.
@@ -248,31 +236,147 @@ fn accumulate(h: &mut [[f64; ALL]; ALL], row: &Row, weight: f64, n: usize) {
     }
 }
 
-/// A residual and how its prediction moves.
-struct Prediction {
-    residual: Vector2<f64>,
-    by_parameter: [Vector2<f64>; ALL],
-    /// By a shot's inverse depth; zero for others.
-    by_depth: Vector2<f64>,
+/// The points' part of the normal equations.
+struct Points<'a> {
+    freedom: &'a Freedom,
+    block: Box<Block>,
+    /// What lies in the block's lanes: measurement, inverse depth.
+    lanes: Vec<(usize, &'a PointMeasurement, f64)>,
+    /// Of the unknowns' columns and the residual's.
+    products: Products,
+    depths: Vec<Depths>,
+    cost: f64,
 }
 
-/// `None` when the camera does not see it.
-fn predict(m: &Measurement, camera: &Camera, rho: f64) -> Option<Prediction> {
-    match m {
-        Measurement::Point(m) => {
-            let x = m.homogeneous(rho);
-            let p = camera.project_homogeneous(&x.xyz(), x.w)?;
-            let by_depth = p.by_point * m.slope().xyz() + p.by_weight * m.slope().w;
-            Some(Prediction { residual: m.pixel - p.pixel, by_parameter: full_jacobian(&p), by_depth })
+impl<'a> Points<'a> {
+    fn new(freedom: &'a Freedom) -> Self {
+        let products = Products::new(freedom.count() + 1);
+        let lanes = Vec::with_capacity(LANES);
+        Self { freedom, block: Block::new(), lanes, products, depths: Vec::new(), cost: 0.0 }
+    }
+
+    fn add(
+        &mut self,
+        index: usize,
+        m: &'a PointMeasurement,
+        whitening: &Matrix2<f64>,
+        rho: f64,
+        camera: &Camera,
+    ) -> Option<()> {
+        self.block.set(self.lanes.len(), &m.homogeneous(rho), &m.pixel, whitening);
+        self.lanes.push((index, m, rho));
+        if self.lanes.len() == LANES { self.flush(camera) } else { Some(()) }
+    }
+
+    /// Adds what is in the block.
+    fn flush(&mut self, camera: &Camera) -> Option<()> {
+        if self.lanes.is_empty() {
+            return Some(());
         }
-        Measurement::Line(m) => {
-            let [a, b] = m.feet(camera)?;
-            let (of_a, of_b) = (full_jacobian(&a.projection), full_jacobian(&b.projection));
-            // Only what moves the line across itself counts.
-            let by_parameter = std::array::from_fn(|i| Vector2::new(a.normal.dot(&of_a[i]), b.normal.dot(&of_b[i])));
-            let residual = Vector2::new(a.distance, b.distance);
-            Some(Prediction { residual, by_parameter, by_depth: Vector2::zeros() })
+        self.block.project(camera, self.lanes.len())?;
+        self.cost += self.block.squares().iter().sum::<f64>();
+        self.products.take(&self.block, &self.freedom.unknowns, 0);
+        for (to, row) in self.products.column(self.freedom.count()).into_iter().zip(&self.block.rows) {
+            *to = row[RESIDUAL];
         }
+        if self.lanes.iter().any(|(_, m, _)| m.has_depth()) {
+            self.eliminate_depths();
+        }
+        self.products.add();
+        self.lanes.clear();
+        Some(())
+    }
+
+    /// With slope s of a residual r by its inverse depth, whose own measurement is off by o with the
+    /// information i: rows J and r become M J and M r - q o s with M = I - (1 - q) s s^T / s^2 and
+    /// q^2 = i / (s^2 + i), so that their products are the Schur complement.
+    fn eliminate_depths(&mut self) {
+        let n = self.freedom.count();
+        let mut slope = [[0.0; LANES]; 2];
+        let (mut information, mut gradient) = ([1.0; LANES], [0.0; LANES]);
+        // (1 - q) / s^2 and q o.
+        let (mut share, mut shift) = ([0.0; LANES], [0.0; LANES]);
+        let mut of = Vec::with_capacity(self.lanes.len());
+        for (lane, (index, m, rho)) in self.lanes.iter().enumerate().filter(|(_, (_, m, _))| m.has_depth()) {
+            let along = |row: &[Lanes]| (0..4).map(|c| row[POINT + c][lane] * m.slope()[c]).sum::<f64>();
+            let [x, y] = self.block.rows.each_ref().map(|row| along(row));
+            let residual = self.block.rows.each_ref().map(|row| row[RESIDUAL][lane]);
+            (slope[0][lane], slope[1][lane]) = (x, y);
+            let stated = 1.0 / (m.sigma_rho * m.sigma_rho);
+            let off = m.rho - rho;
+            let squared = x * x + y * y;
+            information[lane] = squared + stated;
+            gradient[lane] = x * residual[0] + y * residual[1] + off * stated;
+            self.cost += off * off * stated;
+            let q = (stated / information[lane]).sqrt();
+            share[lane] = if squared > 0.0 { (1.0 - q) / squared } else { 0.0 };
+            shift[lane] = q * off;
+            of.push((lane, *index));
+        }
+        let mut coupling = Vec::with_capacity(n + 1);
+        let [sx, sy] = &slope;
+        for k in 0..=n {
+            let [x, y] = self.products.column(k);
+            let dot: Lanes = std::array::from_fn(|l| sx[l] * x[l] + sy[l] * y[l]);
+            for l in 0..LANES {
+                let off = if k == n { shift[l] } else { 0.0 };
+                x[l] -= sx[l] * (share[l] * dot[l] + off);
+                y[l] -= sy[l] * (share[l] * dot[l] + off);
+            }
+            coupling.push(dot);
+        }
+        // The residual's is no coupling.
+        coupling.truncate(n);
+        self.depths.push(Depths { of, information, gradient, coupling });
+    }
+}
+
+/// Adds a line's equations; its squared residual. `None` when the camera does not see it.
+fn add_line(
+    m: &LineMeasurement,
+    w: &Matrix2<f64>,
+    camera: &Camera,
+    freedom: &Freedom,
+    h: &mut [[f64; ALL]; ALL],
+    g: &mut [f64; ALL],
+) -> Option<f64> {
+    let [a, b] = m.feet(camera)?;
+    let (of_a, of_b) = (full_jacobian(&a.projection), full_jacobian(&b.projection));
+    // Only what moves the line across itself counts.
+    let by_parameter: [Vector2<f64>; ALL] =
+        std::array::from_fn(|i| Vector2::new(a.normal.dot(&of_a[i]), b.normal.dot(&of_b[i])));
+    let r = w * Vector2::new(a.distance, b.distance);
+    let mut j = [[0.0; ALL]; 2];
+    for (k, unknown) in freedom.unknowns.iter().enumerate() {
+        let white = w * unknown.derivative(&by_parameter);
+        (j[0][k], j[1][k]) = (white.x, white.y);
+    }
+    for (row, r) in j.iter().zip([r.x, r.y]) {
+        accumulate(h, row, 1.0, freedom.count());
+        g.iter_mut().zip(row).for_each(|(g, x)| *g += x * r);
+    }
+    Some(r.norm_squared())
+}
+
+impl System {
+    /// Camera and inverse depths after a damped step, with its squared length in units of the noise.
+    fn step(&self, camera: &Camera, rhos: &[f64], freedom: &Freedom, damping: f64) -> Option<(Camera, Vec<f64>, f64)> {
+        let step = solve(self, damping)?;
+        let next = moved(camera, freedom, step.as_slice())?;
+        let mut next_rhos = rhos.to_vec();
+        let mut size = step.dot(&(&self.h * &step));
+        for d in &self.depths {
+            let mut open = d.gradient;
+            for (coupling, s) in d.coupling.iter().zip(step.iter()) {
+                open.iter_mut().zip(coupling).for_each(|(o, b)| *o -= b * s);
+            }
+            for &(lane, index) in &d.of {
+                let change = open[lane] / (d.information[lane] * (1.0 + damping));
+                next_rhos[index] += change;
+                size += change * change * d.information[lane];
+            }
+        }
+        Some((next, next_rhos, size))
     }
 }
 

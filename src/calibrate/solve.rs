@@ -1,5 +1,7 @@
 //! The calibration as a whole: gates, consensus, refinement, outliers set aside, verdict.
 
+use std::borrow::Cow;
+
 use nalgebra::{DMatrix, Vector2};
 
 use super::check;
@@ -74,9 +76,10 @@ pub fn calibrate_camera(set: &Correspondences, options: &CalibrationOptions) -> 
         // A fit that fails on points without relief fails because of that.
         if is_geometry(&e) { spread::check(&measurements, known, needed, Noise::Counted).err().unwrap_or(e) } else { e }
     })?;
-    let inliers: Vec<Measurement> = select(&measurements, &fitted.inliers);
-    // Again without the outliers, which can lend relief to a plane.
-    spread::check(&inliers, known, needed, Noise::Counted)?;
+    // Again without the outliers, which can lend relief to a plane, and with what noise there is.
+    if !(fitted.inliers.iter().all(|i| *i) && measurements.iter().all(Measurement::is_exact)) {
+        spread::check(&select(&measurements, &fitted.inliers), known, needed, Noise::Counted)?;
+    }
     verdict(set, &measurements, options, &freedom, fitted)
 }
 
@@ -147,7 +150,10 @@ fn check_image(set: &Correspondences, measurements: &[Measurement]) -> Result<()
     Ok(())
 }
 
-fn select(measurements: &[Measurement], mask: &[bool]) -> Vec<Measurement> {
+fn select<'a>(measurements: &'a [Measurement], mask: &[bool]) -> Cow<'a, [Measurement]> {
+    if mask.iter().all(|i| *i) {
+        return measurements.into();
+    }
     measurements.iter().zip(mask).filter(|(_, i)| **i).map(|(m, _)| m.clone()).collect()
 }
 
@@ -230,14 +236,15 @@ impl Fitter<'_> {
     fn run(&self, start: Start) -> Result<Fitted> {
         let mut camera = start.camera;
         let mut factor = self.floor(start.noise_factor);
-        let mut inliers = self.classify(&camera, factor)?;
+        let mut inliers = self.classify(&self.distances(&camera), factor)?;
         self.force(&mut camera.intrinsics);
         for round in 0..MAX_ROUNDS {
             let subset = select(self.measurements, &inliers);
             let refined = self.refine(&subset, camera, factor)?;
             camera = refined.camera;
-            factor = self.floor(self.noise_factor(&subset, &camera));
-            let next = self.classify(&camera, factor)?;
+            let distances = self.distances(&camera);
+            factor = self.floor(self.noise_factor(&distances, &inliers));
+            let next = self.classify(&distances, factor)?;
             // The first rounds bring in the lens; then a set that stands still is final.
             if (next == inliers && round > 0) || !self.robust || round + 1 == MAX_ROUNDS {
                 return self.finish(camera, next, factor);
@@ -283,9 +290,14 @@ impl Fitter<'_> {
         refine(subset, camera, self.freedom, factor, self.options.max_iterations, &self.options.cancel)
     }
 
-    /// Noise from the median distance of a set, in units of the assumed one.
-    fn noise_factor(&self, subset: &[Measurement], camera: &Camera) -> f64 {
-        let mut d: Vec<f64> = subset.iter().map(|m| m.distance(camera)).collect();
+    /// Squared distances of all measurements, in units of the stated or assumed noise.
+    fn distances(&self, camera: &Camera) -> Vec<f64> {
+        self.measurements.iter().map(|m| m.distance(camera)).collect()
+    }
+
+    /// Noise from the median distance of the inliers, in units of the assumed one.
+    fn noise_factor(&self, distances: &[f64], inliers: &[bool]) -> f64 {
+        let mut d: Vec<f64> = distances.iter().zip(inliers).filter(|(_, i)| **i).map(|(d, _)| *d).collect();
         let rank = ((d.len() + self.needed) / 2).min(d.len() - 1);
         (*d.select_nth_unstable_by(rank, f64::total_cmp).1 / CHI2_MEDIAN).sqrt()
     }
@@ -296,9 +308,9 @@ impl Fitter<'_> {
         factor.max(if stated { 1.0 } else { 1e-6 })
     }
 
-    fn classify(&self, camera: &Camera, factor: f64) -> Result<Vec<bool>> {
+    fn classify(&self, distances: &[f64], factor: f64) -> Result<Vec<bool>> {
         let limit = if self.robust { OUTLIER * factor * factor } else { f64::MAX };
-        let mask: Vec<bool> = self.measurements.iter().map(|m| m.distance(camera) <= limit).collect();
+        let mask: Vec<bool> = distances.iter().map(|d| *d <= limit).collect();
         if !self.robust
             && let Some(index) = mask.iter().position(|i| !i)
         {

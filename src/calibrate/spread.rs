@@ -28,7 +28,7 @@ const NEARLY_PLANAR: f64 = 0.02;
 /// plane? A few stray points off it (outliers that a degenerate fit took in) do not make a relief.
 pub(crate) fn check(measurements: &[Measurement], plane_is_enough: bool, needed: usize, noise: Noise) -> Result<bool> {
     let overflow = || Error::degenerate(Degeneracy::IllConditioned, "the points' extents overflow");
-    let different = count_different(measurements);
+    let different = count_different(measurements, needed);
     if different < needed {
         let detail = format!("only {different} different 3D points or lines, at least {needed} are needed");
         return Err(Error::degenerate(Degeneracy::Coincident, detail));
@@ -36,7 +36,7 @@ pub(crate) fn check(measurements: &[Measurement], plane_is_enough: bool, needed:
     check_lines(measurements, noise)?;
     let points = stand_ins(measurements, position).ok_or_else(overflow)?;
     let counted = if noise == Noise::Counted { 1.0 } else { 0.0 };
-    let (axes, extents, noise) = principal(&points).ok_or_else(overflow)?;
+    let (axes, extents, noise) = principal(points.iter()).ok_or_else(overflow)?;
     let size = points.iter().fold(0.0f64, |m, (x, _)| m.max(x.norm()));
     let flat = |extent: f64, noise: f64| extent <= NUMERICALLY_ZERO * extents[0] || extent < 1.5 * noise * counted;
     if extents[0] <= 1e-9 * size || flat(extents[0], noise[0]) {
@@ -54,16 +54,22 @@ pub(crate) fn check(measurements: &[Measurement], plane_is_enough: bool, needed:
     Ok(planar || extents[2] < NEARLY_PLANAR * extents[1])
 }
 
-/// Measurements of different points or lines.
-fn count_different(measurements: &[Measurement]) -> usize {
+/// Measurements of different points or lines, counted up to `enough`.
+fn count_different(measurements: &[Measurement], enough: usize) -> usize {
     let bits = |x: &Vector3<f64>, d: &Vector3<f64>| [x.x, x.y, x.z, d.x, d.y, d.z].map(f64::to_bits);
     let key = |m: &Measurement| match m {
         Measurement::Point(m) => position(m).map(|(x, _)| bits(&x, &Vector3::zeros())),
         Measurement::Line(m) => Some(bits(&m.point, &m.direction)),
     };
-    let mut keys: Vec<[u64; 6]> = measurements.iter().filter_map(key).collect();
-    keys.sort_unstable();
-    keys.dedup();
+    let mut keys: Vec<[u64; 6]> = Vec::with_capacity(enough);
+    for key in measurements.iter().filter_map(key) {
+        if keys.len() == enough {
+            break;
+        }
+        if !keys.contains(&key) {
+            keys.push(key);
+        }
+    }
     keys.len()
 }
 
@@ -119,11 +125,11 @@ fn position(m: &PointMeasurement) -> Option<StandIn> {
 /// Axes, standard deviations along them (descending), and the part of them that is noise.
 type Principal = ([Vector3<f64>; 3], [f64; 3], [f64; 3]);
 
-fn principal(points: &[StandIn]) -> Option<Principal> {
-    let n = points.len() as f64;
-    let centre = points.iter().map(|(x, _)| x).sum::<Vector3<f64>>() / n;
-    let scatter = points.iter().map(|(x, _)| (x - centre) * (x - centre).transpose()).sum::<Matrix3<f64>>() / n;
-    let noise = points.iter().map(|(_, c)| c).sum::<Matrix3<f64>>() / n;
+fn principal<'a>(points: impl Iterator<Item = &'a StandIn> + Clone) -> Option<Principal> {
+    let n = points.clone().count() as f64;
+    let centre = points.clone().map(|(x, _)| x).sum::<Vector3<f64>>() / n;
+    let scatter = points.clone().map(|(x, _)| (x - centre) * (x - centre).transpose()).sum::<Matrix3<f64>>() / n;
+    let noise = points.map(|(_, c)| c).sum::<Matrix3<f64>>() / n;
     let (values, axes) = symmetric_eigen3(&scatter)?;
     let extents = values.map(|v| v.max(0.0).sqrt());
     let noises = axes.map(|a| a.dot(&(noise * a)).max(0.0).sqrt());
@@ -136,18 +142,31 @@ fn flat_but_for_strays(points: &[StandIn], normal: &Vector3<f64>, counted: f64) 
     if points.len() < strays + 6 {
         return false;
     }
-    let mut kept = points.to_vec();
+    // Distances of all points from the median height, those of the strays beyond the limit.
+    let (mut heights, mut away, mut limit) = (Vec::with_capacity(points.len()), vec![0.0; points.len()], 0.0);
+    let kept = |away: &[f64], limit: f64| {
+        let within: Vec<&StandIn> = points.iter().zip(away).filter(|(_, d)| **d <= limit).map(|(p, _)| p).collect();
+        principal(within.into_iter())
+    };
     let mut normal = *normal;
     for _ in 0..5 {
-        let mut heights: Vec<f64> = kept.iter().map(|(x, _)| normal.dot(x)).collect();
+        let within = |d: &f64| *d <= limit;
+        heights.clear();
+        heights.extend(points.iter().zip(&away).filter(|(_, d)| within(d)).map(|((x, _), _)| normal.dot(x)));
         let middle = heights.len() / 2;
         let median = *heights.select_nth_unstable_by(middle, f64::total_cmp).1;
-        kept = points.to_vec();
-        kept.sort_by(|(x, _), (y, _)| (normal.dot(x) - median).abs().total_cmp(&(normal.dot(y) - median).abs()));
-        kept.truncate(points.len() - strays);
-        normal = principal(&kept).map_or(normal, |(axes, ..)| axes[2]);
+        away.iter_mut().zip(points).for_each(|(d, (x, _))| *d = (normal.dot(x) - median).abs());
+        heights.clear();
+        heights.extend_from_slice(&away);
+        limit = *heights.select_nth_unstable_by(points.len() - strays - 1, f64::total_cmp).1;
+        let next = kept(&away, limit).map_or(normal, |(axes, ..)| axes[2]);
+        let settled = normal.dot(&next).abs() >= 1.0 - f64::EPSILON;
+        normal = next;
+        if settled {
+            break;
+        }
     }
-    principal(&kept).is_some_and(|(_, extents, noise)| {
+    kept(&away, limit).is_some_and(|(_, extents, noise)| {
         extents[2] <= NUMERICALLY_ZERO * extents[0] || extents[2] < 1.2 * noise[2] * counted
     })
 }

@@ -39,6 +39,28 @@ pub fn estimate(from: &[Vector2<f64>], to: &[Vector2<f64>]) -> Result<Matrix3<f6
     Ok(h * (sign / h.norm()))
 }
 
+/// The homography of four pairs, scaled like that of [`estimate`]: both quadrilaterals are images of the
+/// standard projective frame (Hartley and Zisserman, Multiple View Geometry, 2nd ed., 2004, section 2.3).
+/// `None` when three of the four points are on a line, as good as, in either plane.
+pub fn of_four(from: &[Vector2<f64>; 4], to: &[Vector2<f64>; 4]) -> Option<Matrix3<f64>> {
+    let h = frame(to)? * frame(from)?.try_inverse()?;
+    let sign = (h * from[0].push(1.0)).z.signum();
+    let h = h * (sign / h.norm());
+    h.iter().all(|v| v.is_finite()).then_some(h)
+}
+
+/// Maps (1, 0, 0), (0, 1, 0), (0, 0, 1) and (1, 1, 1) to four points.
+fn frame(points: &[Vector2<f64>; 4]) -> Option<Matrix3<f64>> {
+    let [a, b, c, d] = points.map(|p| p.push(1.0));
+    // Cramer's rule: triangles' areas, none of which may vanish beside the largest.
+    let weights = [d.dot(&b.cross(&c)), d.dot(&c.cross(&a)), d.dot(&a.cross(&b)), a.dot(&b.cross(&c))].map(f64::abs);
+    let largest = weights.iter().copied().fold(0.0, f64::max);
+    if !weights.iter().all(|w| *w > 1e-9 * largest) {
+        return None;
+    }
+    Some(Matrix3::from_columns(&[a * d.dot(&b.cross(&c)), b * d.dot(&c.cross(&a)), c * d.dot(&a.cross(&b))]))
+}
+
 /// Maps a point; `None` when it goes to infinity.
 pub fn apply(h: &Matrix3<f64>, p: &Vector2<f64>) -> Option<Vector2<f64>> {
     let q = h * Vector3::new(p.x, p.y, 1.0);
@@ -58,6 +80,18 @@ mod tests {
         let h = estimate(&from, &to).unwrap();
         assert!((h / h.m33 - truth).amax() < 1e-9);
         assert!((estimate(&from[..4], &to[..4])).is_err(), "four points on one line");
+    }
+
+    #[test]
+    fn four_pairs_give_the_same_as_any_number() {
+        let truth = Matrix3::new(0.9, 0.1, 20.0, -0.05, 1.1, -7.0, 1e-4, -3e-4, 1.0);
+        let from = [(0.0, 0.0), (300.0, 20.0), (280.0, 190.0), (-10.0, 240.0)].map(|(x, y)| Vector2::new(x, y));
+        let to = from.map(|p| apply(&truth, &p).unwrap());
+        let h = of_four(&from, &to).unwrap();
+        assert!((h - estimate(&from, &to).unwrap()).amax() < 1e-12);
+        let line = [from[0], from[1], (from[0] + from[1]) * 0.5, from[3]];
+        assert!(of_four(&line, &to).is_none() && of_four(&from, &line).is_none());
+        assert!(of_four(&from, &[Vector2::repeat(f64::NAN); 4]).is_none());
     }
 
     #[test]

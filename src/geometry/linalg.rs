@@ -69,35 +69,42 @@ fn rotate<const N: usize>(m: &mut [[f64; N]; N], p: usize, q: usize, c: f64, s: 
     }
 }
 
-/// Columns of R in rows * scale = Q R, by Givens-free row-wise Householder: rows are folded in
-/// blocks of N, so memory does not grow with their number.
+/// Columns of R in rows * scale = Q R, by Householder's reflections: rows are folded in blocks of
+/// multiples of N, so memory does not grow with their number. All loops run along the rows.
 fn triangular_factor<const N: usize>(rows: &[[f64; N]], scale: f64) -> [[f64; N]; N] {
     let mut r = [[0.0f64; N]; N]; // r[i] is row i of R
-    let mut block: Vec<[f64; N]> = Vec::with_capacity(5 * N);
-    for chunk in rows.chunks(4 * N) {
+    let mut block: Vec<[f64; N]> = Vec::with_capacity(9 * N);
+    for chunk in rows.chunks(8 * N) {
         block.clear();
         block.extend_from_slice(&r);
         block.extend(chunk.iter().map(|row| row.map(|x| x * scale)));
         for k in 0..N {
-            let norm = block[k..].iter().map(|row| row[k] * row[k]).sum::<f64>().sqrt();
+            // Column k times every column, from row k on.
+            let mut products = [0.0; N];
+            for row in &block[k..] {
+                let factor = row[k];
+                products.iter_mut().zip(row).for_each(|(p, x)| *p += factor * x);
+            }
+            let norm = products[k].sqrt();
             if norm == 0.0 {
                 continue;
             }
-            let alpha = -norm.copysign(block[k][k]);
-            let head = block[k][k] - alpha;
+            let pivot = block[k];
+            let alpha = -norm.copysign(pivot[k]);
             // Householder vector (head, block[k+1..][k]); its squared norm is -2 alpha head.
+            let head = pivot[k] - alpha;
             let beta = -1.0 / (alpha * head);
+            let mut shares = [0.0; N];
             for j in k + 1..N {
-                let mut s = head * block[k][j];
-                s += block[k + 1..].iter().map(|row| row[k] * row[j]).sum::<f64>();
-                s *= beta;
-                block[k][j] -= s * head;
-                for row in &mut block[k + 1..] {
-                    row[j] -= s * row[k];
-                }
+                shares[j] = beta * (products[j] - alpha * pivot[j]);
+            }
+            for (x, s) in block[k].iter_mut().zip(&shares) {
+                *x -= s * head;
             }
             block[k][k] = alpha;
             for row in &mut block[k + 1..] {
+                let factor = row[k];
+                row.iter_mut().zip(&shares).for_each(|(x, s)| *x -= s * factor);
                 row[k] = 0.0;
             }
         }

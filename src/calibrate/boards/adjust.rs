@@ -4,17 +4,20 @@
 
 use nalgebra::{DMatrix, DVector, Matrix2, Matrix6, SMatrix, SVector, Vector2};
 
-use super::model::{self, GLOBALS, POSE, Prediction, Sheet, State, moved_pose};
+use super::model::{self, GLOBALS, POSE, Sheet, State, moved_pose};
+use super::view_sum::ViewSum;
+use crate::calibrate::block::LANES;
 use crate::calibrate::freedom::Unknown;
 use crate::control::Cancel;
 use crate::error::{Degeneracy, Error, Result};
 use crate::geometry::linalg::invert_spd;
 use crate::geometry::{Camera, Rigid};
 
-const WIDTH: usize = POSE + GLOBALS;
 /// Part of an unknown's information that must be left when the poses are eliminated.
 const TAKEN_UP: f64 = 1e-9;
-type Coupling = SMatrix<f64, POSE, GLOBALS>;
+/// As good as no damping of what is determined at all.
+const UNDAMPED: f64 = 1e-9;
+pub(super) type Coupling = SMatrix<f64, POSE, GLOBALS>;
 
 /// A pixel that was seen, with the root of its information.
 #[derive(Debug, Clone, Copy)]
@@ -39,6 +42,11 @@ impl Seen {
         let l22 = (covariance.m22 - l21 * l21).sqrt();
         let white = Whitening { w11: 1.0 / l11, w21: -l21 / (l11 * l22), w22: 1.0 / l22 };
         (white.w11 > 0.0 && white.w22 > 0.0 && white.w21.is_finite()).then_some(Self { pixel, white })
+    }
+
+    pub fn whitening(&self) -> Matrix2<f64> {
+        let w = &self.white;
+        Matrix2::new(w.w11, 0.0, w.w21, w.w22)
     }
 
     pub fn whiten(&self, v: &Vector2<f64>) -> Vector2<f64> {
@@ -71,7 +79,7 @@ pub(crate) enum Loss {
 
 impl Loss {
     /// Value and weight at a squared distance.
-    fn at(self, d2: f64) -> (f64, f64) {
+    pub fn at(self, d2: f64) -> (f64, f64) {
         match self {
             Self::Squares => (d2, 1.0),
             Self::Cauchy(c) => {
@@ -102,19 +110,19 @@ pub(crate) struct Problem<'a> {
 
 /// One view's part of the normal equations.
 #[derive(Clone)]
-struct Block {
+pub(super) struct PoseBlock {
     /// Of the pose.
-    h: Matrix6<f64>,
-    g: SVector<f64, POSE>,
+    pub h: Matrix6<f64>,
+    pub g: SVector<f64, POSE>,
     /// Pose by shared unknowns.
-    coupling: Coupling,
+    pub coupling: Coupling,
 }
 
 #[derive(Clone)]
 struct System {
     h: [[f64; GLOBALS]; GLOBALS],
     g: [f64; GLOBALS],
-    blocks: Vec<Block>,
+    blocks: Vec<PoseBlock>,
     cost: f64,
     chi2: f64,
 }
@@ -143,14 +151,23 @@ impl Problem<'_> {
         while iterations < stop.max_iterations && !converged {
             stop.cancel.check()?;
             iterations += 1;
-            let next = self.step(&system, &state, damping).and_then(|(next, size)| {
+            let next = self.step(&system, &state, damping);
+            // Damping shortens steps along what is hardly determined: without it the step must be short too.
+            if next.as_ref().is_some_and(|(_, size)| *size < stop.step)
+                && let Some((last, size)) = self.step(&system, &state, damping.min(UNDAMPED))
+                && size < stop.step
+            {
+                // Too short for the equations to be others after it.
+                (state, converged) = (last, true);
+                break;
+            }
+            let next = next.and_then(|(next, _)| {
                 self.linearise(&next, &mut spare)?;
-                (spare.cost <= system.cost * (1.0 + 1e-12)).then_some((next, size))
+                (spare.cost <= system.cost * (1.0 + 1e-12)).then_some(next)
             });
-            if let Some((next, size)) = next {
+            if let Some(next) = next {
                 let gain = system.cost - spare.cost;
-                converged =
-                    (size < stop.step && damping < 1.0) || (gain <= 1e-14 * (1e-12 + system.cost) && damping < 1e-2);
+                converged = gain <= 1e-14 * (1e-12 + system.cost) && damping < 1e-2;
                 state = next;
                 std::mem::swap(&mut system, &mut spare);
                 damping = (damping * 0.1).max(1e-12);
@@ -172,16 +189,16 @@ impl Problem<'_> {
     /// Normal equations at a state; `None` when something cannot be projected.
     fn linearise(&self, state: &State, system: &mut System) -> Option<()> {
         system.clear();
+        let mut sum = ViewSum::new(self);
         for ((view, pose), block) in self.views.iter().zip(&state.poses).zip(&mut system.blocks) {
-            let mut sum = ViewSum::new();
-            let camera = Camera { pose: *pose, ..state.camera };
-            for (at, seen) in &view.corners {
-                sum.add(&model::corner(&camera, &self.sheet, &state.bend, at)?, seen, self);
+            sum.clear();
+            for corners in view.corners.chunks(LANES) {
+                sum.add_corners(corners, state, pose)?;
             }
             if let Some(seen) = &view.spot {
-                sum.add(&model::spot(state, &self.sheet, pose)?, seen, self);
+                sum.add_spot(&model::spot(state, &self.sheet, pose)?, seen);
             }
-            sum.add_to(block, &mut system.h, &mut system.g, self.unknowns.len());
+            sum.add_to(block, &mut system.h, &mut system.g);
             system.cost += sum.cost;
             system.chi2 += sum.chi2;
         }
@@ -251,7 +268,7 @@ impl Problem<'_> {
 
 impl System {
     fn new(views: usize) -> Self {
-        let block = Block { h: Matrix6::zeros(), g: SVector::zeros(), coupling: Coupling::zeros() };
+        let block = PoseBlock { h: Matrix6::zeros(), g: SVector::zeros(), coupling: Coupling::zeros() };
         Self { h: [[0.0; GLOBALS]; GLOBALS], g: [0.0; GLOBALS], blocks: vec![block; views], cost: 0.0, chi2: 0.0 }
     }
 
@@ -272,55 +289,6 @@ impl System {
         let shared: f64 = (0..GLOBALS).map(|i| own(self.g[i], self.h[i][i])).sum();
         let poses: f64 = self.blocks.iter().map(|b| (0..POSE).map(|i| own(b.g[i], b.h[(i, i)])).sum::<f64>()).sum();
         (shared + poses).sqrt()
-    }
-}
-
-/// Sums over the observations of one view: first the pose, then the shared unknowns.
-struct ViewSum {
-    h: [[f64; WIDTH]; WIDTH],
-    g: [f64; WIDTH],
-    cost: f64,
-    chi2: f64,
-}
-
-impl ViewSum {
-    fn new() -> Self {
-        Self { h: [[0.0; WIDTH]; WIDTH], g: [0.0; WIDTH], cost: 0.0, chi2: 0.0 }
-    }
-
-    fn add(&mut self, p: &Prediction, seen: &Seen, problem: &Problem<'_>) {
-        let r = seen.whiten(&(seen.pixel - p.pixel));
-        let d2 = r.norm_squared();
-        let (value, weight) = problem.loss.at(d2);
-        self.chi2 += d2;
-        self.cost += value;
-        let m = POSE + problem.unknowns.len();
-        let (mut x, mut y) = ([0.0; WIDTH], [0.0; WIDTH]);
-        for (i, by) in p.by_pose.iter().enumerate() {
-            let white = seen.whiten(by);
-            (x[i], y[i]) = (white.x, white.y);
-        }
-        for (i, unknown) in problem.unknowns.iter().enumerate() {
-            let white = seen.whiten(&unknown.derivative(&p.by_globals));
-            (x[POSE + i], y[POSE + i]) = (white.x, white.y);
-        }
-        for a in 0..m {
-            let (wx, wy) = (weight * x[a], weight * y[a]);
-            self.g[a] += wx * r.x + wy * r.y;
-            for ((h, x), y) in self.h[a][a..m].iter_mut().zip(&x[a..m]).zip(&y[a..m]) {
-                *h += wx * x + wy * y;
-            }
-        }
-    }
-
-    fn add_to(&self, block: &mut Block, h: &mut [[f64; GLOBALS]; GLOBALS], g: &mut [f64; GLOBALS], n: usize) {
-        block.h = Matrix6::from_fn(|a, b| self.h[a.min(b)][a.max(b)]);
-        block.g = SVector::from_fn(|a, _| self.g[a]);
-        block.coupling = Coupling::from_fn(|a, b| self.h[a][POSE + b]);
-        for (a, (h, g)) in h.iter_mut().zip(g.iter_mut()).enumerate().take(n) {
-            *g += self.g[POSE + a];
-            h.iter_mut().zip(&self.h[POSE + a][POSE..]).skip(a).for_each(|(h, own)| *h += own);
-        }
     }
 }
 
@@ -413,4 +381,71 @@ pub(crate) fn adjust_pose(
     let problem = Problem { views: std::slice::from_ref(view), unknowns: &[], priors: &[], sheet, loss };
     let adjusted = problem.adjust(State { poses: vec![pose], ..state.clone() }, stop)?;
     Ok((adjusted.state.poses[0], adjusted.cost))
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::geometry::rig_model::LaserLine;
+    use crate::geometry::rigid::exp;
+    use crate::geometry::{Distortion, Intrinsics};
+
+    /// Of corners and a spot, by every unknown, squares and robust.
+    #[test]
+    fn the_gradient_is_that_of_the_cost() {
+        let camera = Camera {
+            width: 720,
+            height: 576,
+            intrinsics: Intrinsics { fx: 800.0, fy: 795.0, skew: 0.7, cx: 360.0, cy: 288.0 },
+            distortion: Distortion::BrownConrady([-0.2, 0.05, 0.001, -0.002, 0.01]),
+            pose: Rigid::identity(),
+        };
+        let pose = Rigid { rotation: exp(&Vector3::new(0.4, -0.5, 0.2)), translation: Vector3::new(0.1, -0.05, 2.0) };
+        let state = State {
+            camera,
+            bend: Vector3::new(0.004, -0.003, 0.002),
+            laser: LaserLine { x0: 0.1, y0: 0.005, vx: -0.005, vy: 0.003 },
+            poses: vec![pose],
+        };
+        let seen = |x: f64, y: f64| Seen::new(Vector2::new(x, y), &Matrix2::new(0.5, 0.1, 0.1, 0.3)).unwrap();
+        let corner = |i: usize| {
+            let at = Vector2::new((i % 7) as f64 * 0.05 - 0.15, (i / 7) as f64 * 0.05 - 0.15);
+            let pixel = Camera { pose, ..camera }.project(&at.push(0.001)).unwrap();
+            (at, seen(pixel.x + (i % 3) as f64, pixel.y - (i % 5) as f64))
+        };
+        let views = [ViewData { corners: (0..45).map(corner).collect(), spot: Some(seen(380.0, 290.0)) }];
+        let unknowns: Vec<Unknown> = (0..GLOBALS).map(|parameter| Unknown { parameter, tied: None }).collect();
+        for loss in [Loss::Squares, Loss::Cauchy(3.0)] {
+            let sheet = Sheet { centre: Vector2::new(0.02, -0.01), scale: 0.3 };
+            let problem = Problem { views: &views, unknowns: &unknowns, priors: &[], sheet, loss };
+            let at = |state: &State| {
+                let mut system = System::new(1);
+                problem.linearise(state, &mut system).unwrap();
+                system
+            };
+            let system = at(&state);
+            let check = |name: &str, i: usize, g: f64, information: f64, moved: &dyn Fn(f64) -> State| {
+                // A thousandth of what the parameter alone would be known to.
+                let h = 1e-3 / information.sqrt();
+                let numeric = (at(&moved(h)).cost - at(&moved(-h)).cost) / (2.0 * h);
+                assert!((numeric + 2.0 * g).abs() < 1e-5 * information.sqrt() * system.cost.sqrt(), "{name} {i}");
+            };
+            for i in 0..GLOBALS {
+                check("shared", i, system.g[i], system.h[i][i], &|h| {
+                    let mut change = [0.0; GLOBALS];
+                    change[i] = h;
+                    state.moved(&change).unwrap()
+                });
+            }
+            for i in 0..POSE {
+                check("pose", i, system.blocks[0].g[i], system.blocks[0].h[(i, i)], &|h| {
+                    let mut step = [0.0; POSE];
+                    step[i] = h;
+                    State { poses: vec![moved_pose(&pose, &step).unwrap()], ..state.clone() }
+                });
+            }
+        }
+    }
 }

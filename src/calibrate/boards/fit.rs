@@ -6,7 +6,7 @@ use nalgebra::{Matrix2, Vector2, Vector3};
 use super::adjust::{Adjusted, Covariance, Loss, Prior, Problem, Seen, Stop, ViewData, adjust_pose, distance2};
 use super::model::{self, BEND, GLOBALS, LASER, Sheet, State};
 use super::start::{Start, pose_under, positions, reversed};
-use super::views::{BoardView, Boards, MIN_CORNERS};
+use super::views::{BoardCorner, BoardView, Boards, MIN_CORNERS};
 use crate::calibrate::CalibrationOptions;
 use crate::calibrate::consensus::CHI2_MEDIAN;
 use crate::calibrate::freedom::{Freedom, ROTATION, Unknown};
@@ -17,7 +17,9 @@ use crate::geometry::{Camera, Rigid};
 
 /// Distance, in units of the noise, beyond which Cauchy's loss lets go while outliers are still in.
 const CAUCHY: f64 = 3.0;
-/// Ends of adjustments on the way, and of the last one (squared steps in units of the noise).
+/// Ends of adjustments (squared steps, of all unknowns together, in units of the noise): while the noise
+/// itself is sought, residuals then move by far less than that; while outliers are; and of the last.
+const ROUGH: f64 = 1.0;
 const COARSE: f64 = 1e-4;
 const FINE: f64 = 1e-10;
 /// One view cannot tell the principal point from the board's tilt: it is then expected at the image's
@@ -138,19 +140,20 @@ impl<'a> Fitter<'a> {
             corners: self.boards.views().iter().map(|v| vec![true; v.corners.len()]).collect(),
             spots: vec![false; plane.len()],
         };
-        self.drop_invisible(&state, &mut selection)?;
-        let mut factor = self.floor(self.noise(&state, &selection));
+        let distances = self.distances(&state)?;
+        self.drop_invisible(&distances, &mut selection)?;
+        let mut factor = self.floor(self.noise(&distances, &selection));
         let loss = if self.options.robust { Loss::Cauchy(CAUCHY) } else { Loss::Squares };
-        let mut state = self.adjust(&state, &selection, factor, loss, COARSE)?.0;
+        let mut state = self.adjust(&state, &selection, factor, loss, ROUGH)?.0;
         if self.options.robust {
             // While the lens comes in the noise falls, and with it what an outlier is.
             for _ in 0..5 {
-                let next = self.floor(self.noise(&state, &selection));
+                let next = self.floor(self.noise(&self.distances(&state)?, &selection));
                 if next > 0.7 * factor {
                     break;
                 }
                 factor = next;
-                state = self.adjust(&state, &selection, factor, loss, COARSE)?.0;
+                state = self.adjust(&state, &selection, factor, loss, ROUGH)?.0;
             }
         }
         self.reverse_poses(&mut state, &selection, factor, loss)?;
@@ -167,16 +170,18 @@ impl<'a> Fitter<'a> {
 
     /// From a state near the solution: outliers set aside until the selection stands still.
     fn settle(&self, mut state: State, mut selection: Selection) -> Result<Fitted> {
-        let mut factor = self.floor(self.noise(&state, &selection));
+        let mut distances = self.distances(&state)?;
+        let mut factor = self.floor(self.noise(&distances, &selection));
         if self.options.robust {
             for round in 0..MAX_ROUNDS {
-                let next = self.classify(&mut state, &selection, factor)?;
+                let next = self.classify(&mut state, &distances, &selection, factor)?;
                 if next == selection && round > 0 {
                     break;
                 }
                 selection = next;
                 state = self.adjust(&state, &selection, factor, Loss::Squares, COARSE)?.0;
-                factor = self.floor(self.noise(&state, &selection));
+                distances = self.distances(&state)?;
+                factor = self.floor(self.noise(&distances, &selection));
             }
         }
         self.finish(state, selection, factor)
@@ -258,16 +263,25 @@ impl<'a> Fitter<'a> {
         Ok(ViewData { corners, spot })
     }
 
-    /// Squared distances of all corners of a view, in units of their noise.
-    fn distances(&self, state: &State, view: usize, factor: f64) -> Result<Vec<f64>> {
-        let camera = Camera { pose: state.poses[view], ..state.camera };
+    /// Squared distances of all corners of every view, in units of the stated or assumed noise.
+    fn distances(&self, state: &State) -> Result<Vec<Vec<f64>>> {
+        (0..state.poses.len()).map(|view| self.view_distances(state, &state.poses[view], view)).collect()
+    }
+
+    fn view_distances(&self, state: &State, pose: &Rigid, view: usize) -> Result<Vec<f64>> {
+        let camera = Camera { pose: *pose, ..state.camera };
         let corners = self.boards.views()[view].corners.iter();
         corners
             .map(|c| {
-                let seen = self.seen(&c.pixel, c.pixel_covariance.as_ref(), factor)?;
+                let seen = self.seen(&c.pixel, c.pixel_covariance.as_ref(), 1.0)?;
                 Ok(distance2(&camera, &self.sheet, state, &c.board, &seen))
             })
             .collect()
+    }
+
+    /// By what a corner's squared distance must be divided when the noise is `factor` times the assumed one.
+    fn unit(&self, corner: &BoardCorner, factor: f64) -> f64 {
+        if self.assumed && corner.pixel_covariance.is_none() { factor * factor } else { 1.0 }
     }
 
     /// Squared distance of a view's spot from where the laser meets the board.
@@ -279,12 +293,12 @@ impl<'a> Fitter<'a> {
     }
 
     /// Noise from the median distance of the used corners, in units of the assumed one.
-    fn noise(&self, state: &State, selection: &Selection) -> f64 {
+    fn noise(&self, distances: &[Vec<f64>], selection: &Selection) -> f64 {
         let mut d = Vec::with_capacity(selection.corner_count());
         let used = selection.views.iter().enumerate().filter(|(_, used)| **used);
         for (view, _) in used.clone() {
-            let distances = self.distances(state, view, 1.0).unwrap_or_default();
-            d.extend(distances.iter().zip(&selection.corners[view]).filter(|(_, used)| **used).map(|(d, _)| *d));
+            let corners = distances[view].iter().zip(&selection.corners[view]);
+            d.extend(corners.filter(|(_, used)| **used).map(|(d, _)| *d));
         }
         if d.is_empty() {
             return f64::INFINITY;
@@ -301,10 +315,9 @@ impl<'a> Fitter<'a> {
     }
 
     /// Corners that the first estimate puts behind the camera or outside the lens are left out.
-    fn drop_invisible(&self, state: &State, selection: &mut Selection) -> Result<()> {
+    fn drop_invisible(&self, distances: &[Vec<f64>], selection: &mut Selection) -> Result<()> {
         let mut before = 0;
-        for view in 0..selection.views.len() {
-            let d = self.distances(state, view, 1.0)?;
+        for (view, d) in distances.iter().enumerate() {
             let visible: Vec<bool> = d.iter().map(|d| d.is_finite()).collect();
             if !self.options.robust
                 && let Some(index) = visible.iter().position(|v| !v)
@@ -319,17 +332,24 @@ impl<'a> Fitter<'a> {
     }
 
     /// What agrees with a state. A view that does not gets a new chance from a pose of its own.
-    fn classify(&self, state: &mut State, before: &Selection, factor: f64) -> Result<Selection> {
+    fn classify(
+        &self,
+        state: &mut State,
+        distances: &[Vec<f64>],
+        before: &Selection,
+        factor: f64,
+    ) -> Result<Selection> {
         let limit = OUTLIER * if self.assumed { 1.0 } else { factor * factor };
-        let agreeing = |state: &State, view: usize| -> Result<Vec<bool>> {
-            Ok(self.distances(state, view, factor)?.iter().map(|d| *d <= limit).collect())
+        let agreeing = |view: usize, distances: &[f64]| -> Vec<bool> {
+            let corners = self.boards.views()[view].corners.iter().zip(distances);
+            corners.map(|(c, d)| *d <= limit * self.unit(c, factor)).collect()
         };
         let mut next = before.clone();
-        for view in 0..before.views.len() {
-            let mut mask = agreeing(state, view)?;
+        for (view, own) in distances.iter().enumerate() {
+            let mut mask = agreeing(view, own);
             if !enough(&mask) {
                 self.pose_afresh(state, view, factor)?;
-                mask = agreeing(state, view)?;
+                mask = agreeing(view, &self.view_distances(state, &state.poses[view], view)?);
             }
             next.views[view] = enough(&mask);
             next.corners[view] = if next.views[view] { mask } else { vec![false; mask.len()] };
@@ -368,15 +388,14 @@ impl<'a> Fitter<'a> {
     fn reverse_poses(&self, state: &mut State, selection: &Selection, factor: f64, loss: Loss) -> Result<()> {
         for (view, board) in self.boards.views().iter().enumerate().filter(|(v, _)| selection.views[*v]) {
             let other = reversed(&state.poses[view], board);
-            let cost = |state: &State, pose: Rigid| -> Result<f64> {
-                let mut at = State { poses: state.poses.clone(), ..state.clone() };
-                at.poses[view] = pose;
-                let d = self.distances(&at, view, factor)?;
-                let used = d.iter().zip(&selection.corners[view]).filter(|(_, used)| **used);
-                Ok(used.map(|(d, _)| d.min(CAUCHY * CAUCHY * 10.0)).sum())
+            let cost = |pose: &Rigid| -> Result<f64> {
+                let d = self.view_distances(state, pose, view)?;
+                let corners = board.corners.iter().zip(&d).zip(&selection.corners[view]);
+                let used = corners.filter(|(_, used)| **used).map(|((c, d), _)| d / self.unit(c, factor));
+                Ok(used.map(|d| d.min(CAUCHY * CAUCHY * 10.0)).sum())
             };
             // Far apart in cost, they cannot change places.
-            if cost(state, other)? > 16.0 * cost(state, state.poses[view])? {
+            if cost(&other)? > 16.0 * cost(&state.poses[view])? {
                 continue;
             }
             let data = self.data(view, selection, factor)?;

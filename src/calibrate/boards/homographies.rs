@@ -41,16 +41,17 @@ pub(crate) fn of_view(
             let j = i + ((u128::from(rng.next_u64()) * u128::from(left)) >> 64) as usize;
             order.swap(i, j);
         }
-        let pick = |points: &[Vector2<f64>]| -> Vec<Vector2<f64>> { order[..4].iter().map(|&i| points[i]).collect() };
-        let Ok(sample) = homography::estimate(&pick(board), &pick(image)) else { continue };
+        let pick = |points: &[Vector2<f64>]| -> [Vector2<f64>; 4] { std::array::from_fn(|i| points[order[i]]) };
+        let Some(sample) = homography::of_four(&pick(board), &pick(image)) else { continue };
         let (candidate, _) = scored(sample, board, image, &mut distances);
         if candidate.median < best.median {
             best = candidate;
         }
     }
     // The better half of the corners: steadier than four of them.
+    let limit = 4.0 * best.median * best.median;
     let (b, i): (Vec<_>, Vec<_>) =
-        board.iter().zip(image).filter(|(b, i)| distance(&best.matrix, b, i) <= 2.0 * best.median).unzip();
+        board.iter().zip(image).filter(|(b, i)| distance2(&best.matrix, b, i) <= limit).unzip();
     if let Ok(matrix) = homography::estimate(&b, &i) {
         best = scored(matrix, board, image, &mut distances).0;
     }
@@ -64,8 +65,8 @@ fn extent(points: &[Vector2<f64>]) -> f64 {
     points.iter().map(|p| (p - middle).norm()).sum::<f64>() / n
 }
 
-fn distance(h: &Matrix3<f64>, board: &Vector2<f64>, image: &Vector2<f64>) -> f64 {
-    homography::apply(h, board).map_or(f64::INFINITY, |p| (p - image).norm())
+fn distance2(h: &Matrix3<f64>, board: &Vector2<f64>, image: &Vector2<f64>) -> f64 {
+    homography::apply(h, board).map_or(f64::INFINITY, |p| (p - image).norm_squared())
 }
 
 /// With its median distance, and the largest.
@@ -76,9 +77,9 @@ fn scored(
     distances: &mut Vec<f64>,
 ) -> (ViewHomography, f64) {
     distances.clear();
-    distances.extend(board.iter().zip(image).map(|(b, i)| distance(&matrix, b, i)));
-    let largest = distances.iter().copied().fold(0.0, f64::max);
+    distances.extend(board.iter().zip(image).map(|(b, i)| distance2(&matrix, b, i)));
+    let largest = distances.iter().copied().fold(0.0, f64::max).sqrt();
     let middle = distances.len() / 2;
-    let median = *distances.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let median = distances.select_nth_unstable_by(middle, f64::total_cmp).1.sqrt();
     (ViewHomography { matrix, median }, largest)
 }

@@ -9,6 +9,7 @@ mod homographies;
 pub(crate) mod model;
 pub(crate) mod solve;
 mod start;
+mod view_sum;
 mod views;
 mod zhang;
 

@@ -88,30 +88,11 @@ pub(crate) fn moved_pose(pose: &Rigid, step: &[f64; POSE]) -> Option<Rigid> {
     (turn.norm() < 1.5).then(|| Rigid::from_centre(exp(&turn) * pose.rotation, &centre))
 }
 
-/// A predicted pixel with its derivatives by the view's pose and by the shared parameters.
+/// A laser spot's predicted pixel with its derivatives by the view's pose and by the shared parameters.
 pub(crate) struct Prediction {
     pub pixel: Vector2<f64>,
     pub by_pose: [Vector2<f64>; POSE],
     pub by_globals: [Vector2<f64>; GLOBALS],
-}
-
-/// The pixel of a corner, `camera` standing at the view's pose.
-pub(crate) fn corner(camera: &Camera, sheet: &Sheet, bend: &Vector3<f64>, at: &Vector2<f64>) -> Option<Prediction> {
-    let p = camera.project_with_jacobian(&sheet.point(bend, at))?;
-    let monomials = sheet.monomials(at);
-    let by_height: Vector2<f64> = p.by_point.column(2).into();
-    Some(Prediction {
-        pixel: p.pixel,
-        by_pose: std::array::from_fn(|i| {
-            if i < 3 { p.by_rotation.column(i).into() } else { p.by_centre.column(i - 3).into() }
-        }),
-        by_globals: std::array::from_fn(|i| match i {
-            0..DISTORTION => p.by_intrinsics.column(i).into(),
-            DISTORTION..ROTATION => p.by_distortion.column(i - DISTORTION).into(),
-            BEND..LASER => by_height * monomials[i - BEND],
-            _ => Vector2::zeros(),
-        }),
-    })
 }
 
 /// Where the laser meets a board.
@@ -200,39 +181,28 @@ mod tests {
         }
     }
 
-    /// Both predictions against central differences of themselves.
     #[test]
     fn derivatives_match_finite_differences() {
         let sheet = Sheet { centre: Vector2::new(0.02, -0.01), scale: 0.3 };
-        let at = Vector2::new(0.17, -0.11);
-        let predict = |s: &State, pose: &Rigid, which: usize| {
-            if which == 0 {
-                corner(&Camera { pose: *pose, ..s.camera }, &sheet, &s.bend, &at).unwrap()
-            } else {
-                spot(s, &sheet, pose).unwrap()
-            }
-        };
         let (s, h) = (state(), 1e-6);
-        for which in 0..2 {
-            let exact = predict(&s, &s.poses[0], which);
-            for i in 0..GLOBALS {
-                let at = |h: f64| {
-                    let mut change = [0.0; GLOBALS];
-                    change[i] = h;
-                    predict(&s.moved(&change).unwrap(), &s.poses[0], which).pixel
-                };
-                let numeric = (at(h) - at(-h)) / (2.0 * h);
-                assert!((numeric - exact.by_globals[i]).norm() < 1e-5 * (1.0 + numeric.norm()), "{which} global {i}");
-            }
-            for i in 0..POSE {
-                let at = |h: f64| {
-                    let mut step = [0.0; POSE];
-                    step[i] = h;
-                    predict(&s, &moved_pose(&s.poses[0], &step).unwrap(), which).pixel
-                };
-                let numeric = (at(h) - at(-h)) / (2.0 * h);
-                assert!((numeric - exact.by_pose[i]).norm() < 1e-5 * (1.0 + numeric.norm()), "{which} pose {i}");
-            }
+        let exact = spot(&s, &sheet, &s.poses[0]).unwrap();
+        for i in 0..GLOBALS {
+            let at = |h: f64| {
+                let mut change = [0.0; GLOBALS];
+                change[i] = h;
+                spot(&s.moved(&change).unwrap(), &sheet, &s.poses[0]).unwrap().pixel
+            };
+            let numeric = (at(h) - at(-h)) / (2.0 * h);
+            assert!((numeric - exact.by_globals[i]).norm() < 1e-5 * (1.0 + numeric.norm()), "global {i}");
+        }
+        for i in 0..POSE {
+            let at = |h: f64| {
+                let mut step = [0.0; POSE];
+                step[i] = h;
+                spot(&s, &sheet, &moved_pose(&s.poses[0], &step).unwrap()).unwrap().pixel
+            };
+            let numeric = (at(h) - at(-h)) / (2.0 * h);
+            assert!((numeric - exact.by_pose[i]).norm() < 1e-5 * (1.0 + numeric.norm()), "pose {i}");
         }
     }
 

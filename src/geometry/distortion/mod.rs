@@ -17,7 +17,7 @@ pub const MAX_COEFFICIENTS: usize = 5;
 
 /// Shortest vector (smallest depth of a plane model) that still has an image: below it the position
 /// means nothing.
-const MIN_LENGTH: f64 = 1e-9;
+pub(crate) const MIN_LENGTH: f64 = 1e-9;
 
 /// A distortion model with its coefficients.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
