@@ -17,7 +17,7 @@ use crate::geometry::point_cloud::MAX_POINTS;
 use crate::geometry::{CloudNoise, Mesh, PointCloud};
 
 const MAX_HEADER: usize = 64 << 10;
-/// Bytes of records that are read at a time.
+/// Bytes of records that are read or written at a time.
 const CHUNK: usize = 1 << 16;
 
 /// Writes a cloud. Coordinates are floats, which every viewer reads, or doubles where a float is
@@ -45,20 +45,22 @@ fn write_to(file: &mut dyn Write, cloud: &PointCloud, triangles: Option<&[[u32; 
     let double = cloud.reach() > FLOAT_RANGE;
     let real = if double { "double" } else { "float" };
     let mut header = format!("ply\nformat binary_little_endian 1.0\nelement vertex {}\n", cloud.len());
-    let mut properties = |scalar: &str, names: &[&str]| {
+    let mut stride = 0;
+    let mut properties = |scalar: &str, size: usize, names: &[&str]| {
         names.iter().for_each(|name| header += &format!("property {scalar} {name}\n"));
+        stride += size * names.len();
     };
-    properties(real, &["x", "y", "z"]);
+    properties(real, if double { 8 } else { 4 }, &["x", "y", "z"]);
     if cloud.normals.is_some() {
-        properties("float", &["nx", "ny", "nz"]);
+        properties("float", 4, &["nx", "ny", "nz"]);
     }
-    properties("uchar", &["red", "green", "blue"]);
+    properties("uchar", 1, &["red", "green", "blue"]);
     match cloud.noise {
         CloudNoise::Unknown => {}
-        CloudNoise::Deviations(_) => properties("float", &[DEVIATION]),
+        CloudNoise::Deviations(_) => properties("float", 4, &[DEVIATION]),
         CloudNoise::Covariances(_) => {
-            properties("float", &[DEVIATION]);
-            properties("float", &COVARIANCE);
+            properties("float", 4, &[DEVIATION]);
+            properties("float", 4, &COVARIANCE);
         }
     }
     if let Some(triangles) = triangles {
@@ -66,37 +68,76 @@ fn write_to(file: &mut dyn Write, cloud: &PointCloud, triangles: Option<&[[u32; 
     }
     header += "end_header\n";
     file.write_all(header.as_bytes())?;
-    let mut bytes = Vec::with_capacity(CHUNK + 256);
-    let mut full = |bytes: &mut Vec<u8>, least: usize| {
-        if bytes.len() >= least {
-            file.write_all(bytes)?;
-            bytes.clear();
-        }
-        io::Result::Ok(())
-    };
-    let float = |bytes: &mut Vec<u8>, v: f64| bytes.extend((v as f32).to_le_bytes());
-    for (i, position) in cloud.positions.iter().enumerate() {
-        for v in position.iter() {
-            if double { bytes.extend(v.to_le_bytes()) } else { float(&mut bytes, *v) }
-        }
-        if let Some(normals) = &cloud.normals {
-            normals[i].iter().for_each(|v| float(&mut bytes, *v));
-        }
-        bytes.extend(cloud.colours[i]);
-        if let Some(deviation) = cloud.noise.deviation(i) {
-            float(&mut bytes, deviation);
-        }
-        if let CloudNoise::Covariances(c) = &cloud.noise {
-            c[i].iter().for_each(|v| float(&mut bytes, *v));
-        }
-        full(&mut bytes, CHUNK)?;
+    let mut bytes = vec![0; CHUNK / stride * stride];
+    for first in (0..cloud.len()).step_by(CHUNK / stride) {
+        let records = &mut bytes[..(cloud.len() - first).min(CHUNK / stride) * stride];
+        fill(records, stride, cloud, first, double);
+        file.write_all(records)?;
     }
-    for triangle in triangles.unwrap_or_default() {
-        bytes.push(3);
-        triangle.iter().for_each(|v| bytes.extend(v.to_le_bytes()));
-        full(&mut bytes, CHUNK)?;
+    let mut bytes = Vec::new();
+    for triangles in triangles.unwrap_or_default().chunks(CHUNK / 16) {
+        bytes.clear();
+        for triangle in triangles {
+            bytes.push(3);
+            triangle.iter().for_each(|v| bytes.extend(v.to_le_bytes()));
+        }
+        file.write_all(&bytes)?;
     }
-    full(&mut bytes, 1)
+    Ok(())
+}
+
+/// Fills records of vertices, from number `first` on. A column at a time: of a chunk, all stay in the processor's
+/// cache.
+fn fill(records: &mut [u8], stride: usize, cloud: &PointCloud, first: usize, double: bool) {
+    let mut columns = Columns { records, stride, place: 0 };
+    let positions = cloud.positions[first..].iter();
+    if double {
+        columns.put(positions.map(|p| little_endian::<8, 24>(p.as_slice(), f64::to_le_bytes)));
+    } else {
+        columns.put(positions.map(|p| floats::<12>(p.as_slice())));
+    }
+    if let Some(normals) = &cloud.normals {
+        columns.put(normals[first..].iter().map(|n| floats::<12>(n.as_slice())));
+    }
+    columns.put(cloud.colours[first..].iter().copied());
+    match &cloud.noise {
+        CloudNoise::Unknown => {}
+        CloudNoise::Deviations(d) => columns.put(d[first..].iter().map(|d| floats::<4>(&[*d]))),
+        CloudNoise::Covariances(c) => {
+            let deviation = |i: usize| cloud.noise.deviation(i).unwrap_or_default();
+            columns.put((first..cloud.len()).map(|i| floats::<4>(&[deviation(i)])));
+            columns.put(c[first..].iter().map(|c| floats::<24>(c)));
+        }
+    }
+}
+
+struct Columns<'a> {
+    records: &'a mut [u8],
+    stride: usize,
+    /// Where in a record the next column is.
+    place: usize,
+}
+
+impl Columns<'_> {
+    /// As many of the values as there are records.
+    fn put<const N: usize>(&mut self, values: impl Iterator<Item = [u8; N]>) {
+        for (record, value) in self.records.chunks_exact_mut(self.stride).zip(values) {
+            record[self.place..self.place + N].copy_from_slice(&value);
+        }
+        self.place += N;
+    }
+}
+
+fn little_endian<const SIZE: usize, const BYTES: usize>(values: &[f64], of: fn(f64) -> [u8; SIZE]) -> [u8; BYTES] {
+    let mut bytes = [0; BYTES];
+    for (place, value) in bytes.chunks_exact_mut(SIZE).zip(values) {
+        place.copy_from_slice(&of(*value));
+    }
+    bytes
+}
+
+fn floats<const BYTES: usize>(values: &[f64]) -> [u8; BYTES] {
+    little_endian(values, |v| (v as f32).to_le_bytes())
 }
 
 /// Reads the points of a PLY file, ours or another's: x, y, z and, when they are there, colours (else
@@ -278,12 +319,15 @@ fn vertices(element: &Element, encoding: Encoding, source: &mut Source<'_>) -> R
     let (mut left, big) = (element.count, encoding == Encoding::BigEndian);
     while left > 0 {
         let now = left.min(chunk.len() / stride);
-        source.read(&mut chunk[..now * stride])?;
-        for record in chunk[..now * stride].chunks_exact(stride) {
-            find.push(&mut points, |i| {
-                let (start, scalar) = places[i];
-                scalar.read(&record[start..], big)
-            });
+        let records = &mut chunk[..now * stride];
+        source.read(records)?;
+        if big || !find.push_common(&mut points, records.chunks_exact(stride), &places) {
+            for record in records.chunks_exact(stride) {
+                find.push(&mut points, |i| {
+                    let (start, scalar) = places[i];
+                    scalar.read(&record[start..], big)
+                });
+            }
         }
         left -= now;
     }

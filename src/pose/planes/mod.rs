@@ -265,7 +265,7 @@ fn fitted(
 fn seen(
     planes: &[FoundPlane],
     labels: &[Option<u16>],
-    places: impl Iterator<Item = (u32, Option<Vector3<f64>>)>,
+    places: impl Iterator<Item = (u32, Option<Vector3<f64>>)> + Clone,
 ) -> View {
     let normals: Vec<Vector3<f64>> = planes.iter().map(|p| p.estimate.n.normalize()).collect();
     View::of(places.filter_map(|(i, place)| Some((place?, labels[i as usize].map(|k| normals[k as usize])))))
