@@ -61,6 +61,9 @@ fn planes(room: &[Rectangle], station: &Rigid, shots: usize, dice: &mut Dice) ->
     find_planes_in_shots(&as_shots(&points, SIGMA, dice), &FindPlanesOptions::default()).ok()
 }
 
+/// Draws the rooms of two stations.
+type Draw<'a> = &'a dyn Fn(&mut Dice) -> [Vec<Rectangle>; 2];
+
 /// Right and wrong links of so many pairs of stations.
 #[derive(Debug, Default, PartialEq)]
 struct Links {
@@ -68,7 +71,7 @@ struct Links {
     wrong: usize,
 }
 
-fn link(shots: usize, seeds: std::ops::Range<u64>, rooms: impl Fn(&mut Dice) -> [Vec<Rectangle>; 2]) -> Links {
+fn link(shots: usize, seeds: std::ops::Range<u64>, rooms: Draw) -> Links {
     let mut links = Links::default();
     for seed in seeds {
         let dice = &mut Dice::new(1000 * seed + shots as u64);
@@ -99,7 +102,7 @@ fn sparse_links_are_right_or_refused() {
     const PAIRS: u64 = 50;
     let mut all = Links::default();
     for shots in [100, 200, 400, 800, 1600] {
-        let kinds: [(&str, &dyn Fn(&mut Dice) -> [Vec<Rectangle>; 2]); 4] = [
+        let kinds: [(&str, Draw); 4] = [
             ("four pieces of furniture", &|dice| {
                 let room = furnished(&Size::draw(dice), 4, dice);
                 [room.clone(), room]
