@@ -20,9 +20,6 @@ const MAX_PARTS: usize = 15;
 /// Least cosine between planes that may be one.
 const ALIKE: f64 = 0.94;
 
-/// Cosine between a ray and a plane's normal below which the ray hardly sees it.
-const GRAZING: f64 = 0.17;
-
 /// The measurements of one direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Cell {
@@ -160,8 +157,7 @@ impl Cell {
 
     /// Whether it was seen behind a place at this range, and its surface would be there too.
     fn lies_beyond(&self, place: &Vector3<f64>, range: f64, slack: f64) -> bool {
-        let plane_beyond = self.normal.is_none_or(|m| m.dot(&(self.place - place)) > slack.min(GRAZING * range));
-        self.near > range + slack && plane_beyond
+        self.near > range + slack && self.normal.is_none_or(|m| m.dot(&(self.place - place)) > slack)
     }
 }
 

@@ -65,7 +65,8 @@ pub struct StationOptions {
     pub max_distance: f64,
     /// Of the places that both stations saw, the least share where both saw a surface.
     pub min_agreement: f64,
-    /// Another pose that scores this share of the best one's score makes it ambiguous.
+    /// Another pose that scores this share of the best one's score makes it ambiguous; so does any that is not
+    /// contradicted more often beyond chance.
     pub max_runner_up: f64,
     /// Only poses within three standard deviations of it are considered.
     pub prior: Option<PosePrior>,
