@@ -104,7 +104,7 @@ pub unsafe extern "C" fn ptzcal_planes_fit_points(
                 ptzcal_planes_options::settings(options)?,
             )
         };
-        planes.give(ptzcal_planes(fit_regions_of_points(&points, sigma_in(sigma)?, &regions, &options)?));
+        planes.give(ptzcal_planes(fit_regions_of_points(points, sigma_in(sigma)?, &regions, &options)?));
         Ok(())
     })
 }
@@ -151,7 +151,7 @@ pub unsafe extern "C" fn ptzcal_planes_fit_points_in_boxes(
                 ptzcal_planes_options::settings(options)?,
             )
         };
-        planes.give(ptzcal_planes(fit_regions_of_points(&points, sigma_in(sigma)?, &regions, &options)?));
+        planes.give(ptzcal_planes(fit_regions_of_points(points, sigma_in(sigma)?, &regions, &options)?));
         Ok(())
     })
 }

@@ -180,10 +180,11 @@ impl From<&FoundPlane> for ptzcal_plane {
 ///
 /// # Safety
 /// As for [`array`], with 3 n numbers.
-pub(super) unsafe fn points_in(xyz: *const f64, n: usize) -> Result<Vec<Vector3<f64>>> {
+pub(super) unsafe fn points_in<'a>(xyz: *const f64, n: usize) -> Result<&'a [Vector3<f64>]> {
     // SAFETY: by this function's contract.
     let points = unsafe { array(xyz.cast::<[f64; 3]>(), n, "xyz")? };
-    Ok(points.iter().map(|p| Vector3::from(*p)).collect())
+    // SAFETY: a vector is three numbers one after the other, and nothing else.
+    Ok(unsafe { std::slice::from_raw_parts(points.as_ptr().cast(), points.len()) })
 }
 
 /// The caller's shots.
@@ -261,7 +262,7 @@ pub unsafe extern "C" fn ptzcal_planes_find_points(
         // SAFETY: the caller keeps the header's rules for pointers.
         let (planes, points, options) =
             unsafe { (HandleOut::new(planes)?, points_in(xyz, n)?, ptzcal_planes_options::settings(options)?) };
-        planes.give(ptzcal_planes(find_planes_in_points(&points, sigma_in(sigma)?, &options)?));
+        planes.give(ptzcal_planes(find_planes_in_points(points, sigma_in(sigma)?, &options)?));
         Ok(())
     })
 }
@@ -296,7 +297,7 @@ pub unsafe extern "C" fn ptzcal_planes_find_ranges(
         // SAFETY: the caller keeps the header's rules for pointers.
         let (planes, points, options) =
             unsafe { (HandleOut::new(planes)?, points_in(xyz, n)?, ptzcal_planes_options::settings(options)?) };
-        let shots = shots_of_ranges(&points, number(sigma, "sigma")?)?;
+        let shots = shots_of_ranges(points, number(sigma, "sigma")?)?;
         planes.give(ptzcal_planes(find_planes_in_shots(&shots, &options)?));
         Ok(())
     })

@@ -17,7 +17,7 @@ use crate::geometry::point_cloud::MAX_POINTS;
 use crate::geometry::{CloudNoise, Mesh, PointCloud};
 
 const MAX_HEADER: usize = 64 << 10;
-/// Bytes of records that are read at a time.
+/// Bytes of records that are read or written at a time.
 const CHUNK: usize = 1 << 16;
 
 /// Writes a cloud. Coordinates are floats, which every viewer reads, or doubles where a float is
@@ -45,20 +45,22 @@ fn write_to(file: &mut dyn Write, cloud: &PointCloud, triangles: Option<&[[u32; 
     let double = cloud.reach() > FLOAT_RANGE;
     let real = if double { "double" } else { "float" };
     let mut header = format!("ply\nformat binary_little_endian 1.0\nelement vertex {}\n", cloud.len());
-    let mut properties = |scalar: &str, names: &[&str]| {
+    let mut stride = 0;
+    let mut properties = |scalar: &str, size: usize, names: &[&str]| {
         names.iter().for_each(|name| header += &format!("property {scalar} {name}\n"));
+        stride += size * names.len();
     };
-    properties(real, &["x", "y", "z"]);
+    properties(real, if double { 8 } else { 4 }, &["x", "y", "z"]);
     if cloud.normals.is_some() {
-        properties("float", &["nx", "ny", "nz"]);
+        properties("float", 4, &["nx", "ny", "nz"]);
     }
-    properties("uchar", &["red", "green", "blue"]);
+    properties("uchar", 1, &["red", "green", "blue"]);
     match cloud.noise {
         CloudNoise::Unknown => {}
-        CloudNoise::Deviations(_) => properties("float", &[DEVIATION]),
+        CloudNoise::Deviations(_) => properties("float", 4, &[DEVIATION]),
         CloudNoise::Covariances(_) => {
-            properties("float", &[DEVIATION]);
-            properties("float", &COVARIANCE);
+            properties("float", 4, &[DEVIATION]);
+            properties("float", 4, &COVARIANCE);
         }
     }
     if let Some(triangles) = triangles {
@@ -66,37 +68,76 @@ fn write_to(file: &mut dyn Write, cloud: &PointCloud, triangles: Option<&[[u32; 
     }
     header += "end_header\n";
     file.write_all(header.as_bytes())?;
-    let mut bytes = Vec::with_capacity(CHUNK + 256);
-    let mut full = |bytes: &mut Vec<u8>, least: usize| {
-        if bytes.len() >= least {
-            file.write_all(bytes)?;
-            bytes.clear();
-        }
-        io::Result::Ok(())
-    };
-    let float = |bytes: &mut Vec<u8>, v: f64| bytes.extend((v as f32).to_le_bytes());
-    for (i, position) in cloud.positions.iter().enumerate() {
-        for v in position.iter() {
-            if double { bytes.extend(v.to_le_bytes()) } else { float(&mut bytes, *v) }
-        }
-        if let Some(normals) = &cloud.normals {
-            normals[i].iter().for_each(|v| float(&mut bytes, *v));
-        }
-        bytes.extend(cloud.colours[i]);
-        if let Some(deviation) = cloud.noise.deviation(i) {
-            float(&mut bytes, deviation);
-        }
-        if let CloudNoise::Covariances(c) = &cloud.noise {
-            c[i].iter().for_each(|v| float(&mut bytes, *v));
-        }
-        full(&mut bytes, CHUNK)?;
+    let mut bytes = vec![0; CHUNK / stride * stride];
+    for first in (0..cloud.len()).step_by(CHUNK / stride) {
+        let records = &mut bytes[..(cloud.len() - first).min(CHUNK / stride) * stride];
+        fill(records, stride, cloud, first, double);
+        file.write_all(records)?;
     }
-    for triangle in triangles.unwrap_or_default() {
-        bytes.push(3);
-        triangle.iter().for_each(|v| bytes.extend(v.to_le_bytes()));
-        full(&mut bytes, CHUNK)?;
+    let mut bytes = Vec::new();
+    for triangles in triangles.unwrap_or_default().chunks(CHUNK / 16) {
+        bytes.clear();
+        for triangle in triangles {
+            bytes.push(3);
+            triangle.iter().for_each(|v| bytes.extend(v.to_le_bytes()));
+        }
+        file.write_all(&bytes)?;
     }
-    full(&mut bytes, 1)
+    Ok(())
+}
+
+/// Fills records of vertices, from number `first` on. A column at a time: of a chunk, all stay in the processor's
+/// cache.
+fn fill(records: &mut [u8], stride: usize, cloud: &PointCloud, first: usize, double: bool) {
+    let mut columns = Columns { records, stride, place: 0 };
+    let positions = cloud.positions[first..].iter();
+    if double {
+        columns.put(positions.map(|p| little_endian::<8, 24>(p.as_slice(), f64::to_le_bytes)));
+    } else {
+        columns.put(positions.map(|p| floats::<12>(p.as_slice())));
+    }
+    if let Some(normals) = &cloud.normals {
+        columns.put(normals[first..].iter().map(|n| floats::<12>(n.as_slice())));
+    }
+    columns.put(cloud.colours[first..].iter().copied());
+    match &cloud.noise {
+        CloudNoise::Unknown => {}
+        CloudNoise::Deviations(d) => columns.put(d[first..].iter().map(|d| floats::<4>(&[*d]))),
+        CloudNoise::Covariances(c) => {
+            let deviation = |i: usize| cloud.noise.deviation(i).unwrap_or_default();
+            columns.put((first..cloud.len()).map(|i| floats::<4>(&[deviation(i)])));
+            columns.put(c[first..].iter().map(|c| floats::<24>(c)));
+        }
+    }
+}
+
+struct Columns<'a> {
+    records: &'a mut [u8],
+    stride: usize,
+    /// Where in a record the next column is.
+    place: usize,
+}
+
+impl Columns<'_> {
+    /// As many of the values as there are records.
+    fn put<const N: usize>(&mut self, values: impl Iterator<Item = [u8; N]>) {
+        for (record, value) in self.records.chunks_exact_mut(self.stride).zip(values) {
+            record[self.place..self.place + N].copy_from_slice(&value);
+        }
+        self.place += N;
+    }
+}
+
+fn little_endian<const SIZE: usize, const BYTES: usize>(values: &[f64], of: fn(f64) -> [u8; SIZE]) -> [u8; BYTES] {
+    let mut bytes = [0; BYTES];
+    for (place, value) in bytes.chunks_exact_mut(SIZE).zip(values) {
+        place.copy_from_slice(&of(*value));
+    }
+    bytes
+}
+
+fn floats<const BYTES: usize>(values: &[f64]) -> [u8; BYTES] {
+    little_endian(values, |v| (v as f32).to_le_bytes())
 }
 
 /// Reads the points of a PLY file, ours or another's: x, y, z and, when they are there, colours (else
@@ -278,12 +319,15 @@ fn vertices(element: &Element, encoding: Encoding, source: &mut Source<'_>) -> R
     let (mut left, big) = (element.count, encoding == Encoding::BigEndian);
     while left > 0 {
         let now = left.min(chunk.len() / stride);
-        source.read(&mut chunk[..now * stride])?;
-        for record in chunk[..now * stride].chunks_exact(stride) {
-            find.push(&mut points, |i| {
-                let (start, scalar) = places[i];
-                scalar.read(&record[start..], big)
-            });
+        let records = &mut chunk[..now * stride];
+        source.read(records)?;
+        if big || !find.push_common(&mut points, records.chunks_exact(stride), &places) {
+            for record in records.chunks_exact(stride) {
+                find.push(&mut points, |i| {
+                    let (start, scalar) = places[i];
+                    scalar.read(&record[start..], big)
+                });
+            }
         }
         left -= now;
     }
@@ -361,142 +405,5 @@ fn list(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::model_tests::{cloud, mesh};
-    use super::*;
-    use crate::error::Status;
-    use crate::fuzz::{Random, fuzz_inputs, mutated};
-    use nalgebra::Vector3;
-
-    fn mesh_bytes() -> Vec<u8> {
-        let (mesh, mut bytes) = (mesh(), Vec::new());
-        write_to(&mut bytes, &mesh.vertices, Some(&mesh.triangles)).unwrap();
-        bytes
-    }
-
-    #[test]
-    fn normals_covariances_and_faces_come_back() {
-        assert_eq!(from_ply(&to_ply(&cloud()).unwrap(), "cloud").unwrap(), CloudFile { cloud: cloud(), skipped: 0 });
-        let found = mesh_from_ply(&mesh_bytes(), "mesh").unwrap();
-        assert_eq!(found, Mesh { textures: vec![], ..mesh() });
-        // The faces of a mesh are passed over for its points.
-        assert_eq!(from_ply(&mesh_bytes(), "mesh").unwrap().cloud, cloud());
-    }
-
-    const TEXT: &str = "ply\nformat ascii 1.0\ncomment by hand\nelement camera 1\nproperty float f\n\
-        property list uchar int names\nelement vertex 4\nproperty list uchar float quality\nproperty float y\n\
-        property double x\nproperty float z\nproperty float red\nproperty float green\nproperty float blue\n\
-        element face 2\nproperty uchar flags\nproperty list uchar uint vertex_index\nend_header\n\
-        500.5 2 1 -2\n2 0.1 0.2 -0.5 1e-1 3 1 0.5 0\n0 0 0 0 0 0 0\n1 9 1 2 3 0 0 1\n0 4 5 6 1 1 1\n\
-        0 4 0 1 2 3\n7 3 3 2 1";
-
-    #[test]
-    fn text_with_lists_is_read() {
-        let mesh = mesh_from_ply(TEXT.as_bytes(), "text").unwrap();
-        assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [3, 2, 1]]);
-        assert_eq!(mesh.vertices.positions[0], Vector3::new(0.1, -0.5, 3.0));
-        assert_eq!(mesh.vertices.colours, [[255, 128, 0], [0; 3], [0, 0, 255], [255; 3]]);
-        let refused = |from: &str, to: &str| {
-            assert!(TEXT.contains(from), "{from}");
-            mesh_from_ply(TEXT.replacen(from, to, 1).as_bytes(), "text").unwrap_err().status()
-        };
-        for (from, to) in [
-            ("7 3 3 2 1", "7 3 3 2"),
-            ("7 3 3 2 1", "7 3 3 2 1 1"),
-            ("7 3 3 2 1", "7 3 3 2 4"),
-            ("7 3 3 2 1", "7 3 3 2 0.5"),
-            ("7 3 3 2 1", "7 -3 3 2 1"),
-            ("1e-1", "1e-1x"),
-            ("1e-1", "nan"),
-            ("vertex 4", "vertex 5"),
-            ("vertex 4", "vertex 100000000"),
-            ("vertex 4", "vertex 49999999"),
-            ("face 2", "face 18446744073709551615"),
-            ("property uchar flags", "property list uchar flags"),
-            ("comment by hand", "property float x"),
-            ("500.5", &"5".repeat(2000)),
-        ] {
-            assert_eq!(refused(from, to), Status::FileFormat, "{from} -> {to}");
-        }
-        assert_eq!(refused("ascii 1.0", "ascii 2.0"), Status::Unsupported);
-        // Points that are marked as not measured are no reason to lose the others.
-        let nan = from_ply(TEXT.replacen("1e-1", "nan", 1).as_bytes(), "text").unwrap();
-        assert_eq!((nan.cloud.len(), nan.skipped), (3, 1));
-    }
-
-    #[test]
-    fn big_endian_is_read() {
-        let own = to_ply(&PointCloud { normals: None, noise: CloudNoise::Unknown, ..cloud() }).unwrap();
-        let start = own.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
-        let mut other = String::from_utf8(own[..start].to_vec()).unwrap().replace("little", "big").into_bytes();
-        for record in own[start..].chunks(15) {
-            record[..12].chunks(4).for_each(|v| other.extend(v.iter().rev()));
-            other.extend(&record[12..]);
-        }
-        assert_eq!(from_ply(&other, "big").unwrap().cloud.positions, cloud().positions);
-    }
-
-    /// A header of a few bytes is found out before memory is taken for what it promises.
-    #[test]
-    fn a_hundred_million_points_are_refused() {
-        let lie = |count: u64| {
-            format!(
-                "ply\nformat binary_little_endian 1.0\nelement vertex {count}\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
-            )
-        };
-        for count in [100_000_000, u64::MAX / 12, u64::MAX] {
-            assert_eq!(from_ply(lie(count).as_bytes(), "lie").unwrap_err().status(), Status::FileFormat);
-        }
-        // One that does have them, of nothing but zeros.
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("huge.ply");
-        std::fs::write(&path, lie(100_000_000)).unwrap();
-        let length = lie(100_000_000).len() as u64 + 1_200_000_000;
-        std::fs::File::options().write(true).open(&path).unwrap().set_len(length).unwrap();
-        let e = read_ply(&path).unwrap_err();
-        assert!(e.status() == Status::Unsupported && e.to_string().contains("50000000"), "{e}");
-        assert_eq!(read_ply(folder.path()).unwrap_err().status(), Status::FileIo);
-    }
-
-    #[test]
-    fn fuzz_ply() {
-        let mut random = Random(1);
-        let good = [to_ply(&cloud()).unwrap(), mesh_bytes(), TEXT.as_bytes().to_vec()];
-        for i in 0..fuzz_inputs() {
-            let bad = mutated(&good[i as usize % 3], &mut random);
-            if let Ok(mesh) = mesh_from_ply(&bad, "mesh") {
-                mesh.validate().unwrap();
-            }
-            if let Ok(file) = from_ply(&bad, "cloud") {
-                file.cloud.validate().unwrap();
-            }
-        }
-    }
-
-    #[test]
-    #[ignore = "a measurement; run it in release"]
-    fn measure_a_million() {
-        let folder = tempfile::tempdir().unwrap();
-        let n = 1_000_000;
-        let at = |i: usize| Vector3::new(i as f64 * 1e-3, (i % 1000) as f64 * 1e-2, 3.0);
-        let cloud =
-            PointCloud { positions: (0..n).map(at).collect(), colours: vec![[1, 2, 3]; n], ..Default::default() };
-        let covariances = CloudNoise::Covariances(vec![[1e-4, 0.0, 0.0, 1e-4, 0.0, 1e-4]; n]);
-        for cloud in [&cloud, &PointCloud { noise: covariances, ..cloud.clone() }] {
-            for ending in ["ply", "pcd", "glb", "wrl"] {
-                let path = folder.path().join(format!("cloud.{ending}"));
-                let begun = std::time::Instant::now();
-                super::super::write_cloud(&path, cloud).unwrap();
-                let written = begun.elapsed().as_secs_f64();
-                let found = super::super::read_cloud(&path).unwrap();
-                assert_eq!(found.cloud.len(), n);
-                println!(
-                    "{ending}: write {:.0} ms, read {:.0} ms, {} MB",
-                    written * 1e3,
-                    (begun.elapsed().as_secs_f64() - written) * 1e3,
-                    std::fs::metadata(&path).unwrap().len() / 1_000_000
-                );
-            }
-        }
-    }
-}
+#[path = "ply_tests.rs"]
+mod tests;

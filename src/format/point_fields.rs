@@ -142,6 +142,59 @@ impl PointFields {
     }
 }
 
+impl PointFields {
+    /// Adds the points of little-endian records, whose numbers begin at these bytes and are of these types, without
+    /// asking for the type of each: of records as most files have them, coordinates as floats or doubles, colours
+    /// as bytes or none, and nothing else. False, and nothing is added, for other records and where a coordinate
+    /// is not finite.
+    pub fn push_common<'a>(
+        &self,
+        file: &mut CloudFile,
+        records: impl Iterator<Item = &'a [u8]> + Clone,
+        places: &[(usize, Scalar)],
+    ) -> bool {
+        let starts = self.axes.map(|axis| places[axis].0);
+        let colours = match self.colour {
+            Colour::None => None,
+            Colour::Channels(channels, _) if channels.iter().all(|c| places[*c].1 == Scalar::U8) => {
+                Some(channels.map(|c| places[c].0))
+            }
+            _ => return false,
+        };
+        if self.normal.is_some() || !matches!(self.noise, Noise::None) {
+            return false;
+        }
+        let cloud = &mut file.cloud;
+        let before = cloud.positions.len();
+        match self.axes.map(|axis| places[axis].1) {
+            [Scalar::F32, Scalar::F32, Scalar::F32] => cloud.positions.extend(
+                records.clone().map(|r| Vector3::from(starts.map(|at| f64::from(f32::from_le_bytes(bytes(r, at)))))),
+            ),
+            [Scalar::F64, Scalar::F64, Scalar::F64] => cloud
+                .positions
+                .extend(records.clone().map(|r| Vector3::from(starts.map(|at| f64::from_le_bytes(bytes(r, at)))))),
+            _ => return false,
+        }
+        // Infinity times zero is NaN, and NaN stays.
+        let sum: f64 = cloud.positions[before..].iter().map(|p| (p.x * 0.0 + p.y * 0.0) + p.z * 0.0).sum();
+        if sum.is_nan() {
+            cloud.positions.truncate(before);
+            return false;
+        }
+        match colours {
+            None => cloud.colours.resize(cloud.positions.len(), [255; 3]),
+            Some(at) => cloud.colours.extend(records.map(|r| at.map(|at| r[at]))),
+        }
+        true
+    }
+}
+
+fn bytes<const N: usize>(record: &[u8], start: usize) -> [u8; N] {
+    let mut bytes = [0; N];
+    bytes.copy_from_slice(&record[start..start + N]);
+    bytes
+}
+
 fn unpack(bits: u32) -> [u8; 3] {
     let [_, r, g, b] = bits.to_be_bytes();
     [r, g, b]

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::error::{Degeneracy, Error, Result};
 use crate::geometry::Rigid;
-use crate::geometry::linalg::right_singular;
+use crate::geometry::linalg::symmetric_eigen3;
 
 /// A fitted rigid transform.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,41 +30,126 @@ pub fn procrustes(from: &[Vector3<f64>], to: &[Vector3<f64>], weights: Option<&[
     if from.len() != to.len() {
         return Err(Error::invalid("to", format!("{} points for {}", to.len(), from.len())));
     }
-    for (name, set) in [("from", from), ("to", to)] {
-        if let Some(index) = set.iter().position(|p| p.iter().any(|v| !v.is_finite())) {
-            return Err(Error::NotFinite { name, index });
-        }
-    }
     if let Some(w) = weights
         && (w.len() != from.len() || w.iter().any(|w| !(w.is_finite() && *w >= 0.0)))
     {
         return Err(Error::invalid("weights", "one finite weight, not negative, for each point"));
     }
-    let weight = |i: usize| weights.map_or(1.0, |w| w[i]);
-    let used = (0..from.len()).filter(|i| weight(*i) > 0.0).count();
+    let moments = Moments::of(from, to, weights);
+    if !moments.is_finite() {
+        for (name, set) in [("from", from), ("to", to)] {
+            if let Some(index) = set.iter().position(|p| p.iter().any(|v| !v.is_finite())) {
+                return Err(Error::NotFinite { name, index });
+            }
+        }
+        return Err(Error::invalid("from", "coordinates or weights are beyond measure"));
+    }
+    let used = weights.map_or(from.len(), |w| w.iter().filter(|w| **w > 0.0).count());
     if used < 3 {
         return Err(Error::TooFewPoints { given: used, needed: 3 });
     }
-    let total: f64 = (0..from.len()).map(weight).sum();
-    let centre =
-        |set: &[Vector3<f64>]| set.iter().enumerate().map(|(i, p)| p * (weight(i) / total)).sum::<Vector3<f64>>();
-    let (centre_from, centre_to) = (centre(from), centre(to));
-    for (set, centre) in [(from, centre_from), (to, centre_to)] {
-        check_extent(set, &centre, weight)?;
+    let [centre_from, centre_to] = moments.centres();
+    let [spread_from, spread_to, correlation] = moments.about_centres();
+    for (spread, set) in [(spread_from, from), (spread_to, to)] {
+        check_extent(&spread, set)?;
     }
-    let correlation: Matrix3<f64> =
-        (0..from.len()).map(|i| (to[i] - centre_to) * (from[i] - centre_from).transpose() * (weight(i) / total)).sum();
     let (rotation, condition) = kabsch(&correlation)?;
     let transform = Rigid { rotation, translation: centre_to - rotation * centre_from };
-    let square = |i: usize| (transform.apply(&from[i]) - to[i]).norm_squared() * weight(i) / total;
-    let rms = (0..from.len()).map(square).sum::<f64>().sqrt();
-    Ok(ProcrustesFit { transform, rms, condition })
+    let squares = blocks(from, to, weights, |f, t, w| (transform.apply(f) - t).norm_squared() * w);
+    Ok(ProcrustesFit { transform, rms: (squares / moments.weight).sqrt(), condition })
 }
 
-fn check_extent(set: &[Vector3<f64>], centre: &Vector3<f64>, weight: impl Fn(usize) -> f64) -> Result<()> {
-    let rows: Vec<[f64; 3]> = set.iter().enumerate().map(|(i, p)| ((p - centre) * weight(i).sqrt()).into()).collect();
-    let extents = right_singular(&rows).values;
-    let size = set.iter().enumerate().fold(0.0f64, |m, (i, p)| m.max(p.amax() * weight(i).sqrt()));
+/// Points whose sums are added on their own: rounding does not grow with the number of points.
+const BLOCK: usize = 256;
+
+/// The sum of a function of each pair of points and its weight.
+fn blocks<T: Default + std::ops::AddAssign>(
+    from: &[Vector3<f64>],
+    to: &[Vector3<f64>],
+    weights: Option<&[f64]>,
+    of: impl Fn(&Vector3<f64>, &Vector3<f64>, f64) -> T,
+) -> T {
+    let mut total = T::default();
+    for (block, (from, to)) in from.chunks(BLOCK).zip(to.chunks(BLOCK)).enumerate() {
+        let mut sum = T::default();
+        match weights.map(|w| &w[BLOCK * block..]) {
+            None => from.iter().zip(to).for_each(|(f, t)| sum += of(f, t, 1.0)),
+            Some(weights) => from.iter().zip(to).zip(weights).for_each(|((f, t), w)| sum += of(f, t, *w)),
+        }
+        total += sum;
+    }
+    total
+}
+
+/// Weighted sums over pairs of points, about a place in the middle of each set.
+struct Moments {
+    origins: [Vector3<f64>; 2],
+    weight: f64,
+    sums: [Vector3<f64>; 2],
+    /// Of from from^T, to to^T and to from^T.
+    products: [Matrix3<f64>; 3],
+}
+
+impl Moments {
+    /// Points that tell where the middle is.
+    const MIDDLE: usize = 64;
+
+    fn of(from: &[Vector3<f64>], to: &[Vector3<f64>], weights: Option<&[f64]>) -> Self {
+        let middle = |set: &[Vector3<f64>]| {
+            let some = || set.iter().step_by(set.len() / Self::MIDDLE + 1);
+            some().sum::<Vector3<f64>>() / some().count().max(1) as f64
+        };
+        let origins = [middle(from), middle(to)];
+        let mut moments = Self { origins, weight: 0.0, sums: Default::default(), products: Default::default() };
+        let sum = blocks(from, to, weights, |f, t, w| {
+            let (f, t) = (f - origins[0], t - origins[1]);
+            let (wf, wt) = (f * w, t * w);
+            Sums { weight: w, from: wf, to: wt, products: [wf * f.transpose(), wt * t.transpose(), wt * f.transpose()] }
+        });
+        (moments.weight, moments.sums, moments.products) = (sum.weight, [sum.from, sum.to], sum.products);
+        moments
+    }
+
+    fn is_finite(&self) -> bool {
+        self.weight.is_finite() && self.products.iter().all(|m| m.iter().all(|v| v.is_finite()))
+    }
+
+    fn centres(&self) -> [Vector3<f64>; 2] {
+        [0, 1].map(|k| self.origins[k] + self.sums[k] / self.weight)
+    }
+
+    /// Mean products about the centres.
+    fn about_centres(&self) -> [Matrix3<f64>; 3] {
+        let [from, to] = self.sums.map(|s| s / self.weight);
+        let [ff, tt, tf] = self.products.map(|m| m / self.weight);
+        [ff - from * from.transpose(), tt - to * to.transpose(), tf - to * from.transpose()]
+    }
+}
+
+#[derive(Default)]
+struct Sums {
+    weight: f64,
+    from: Vector3<f64>,
+    to: Vector3<f64>,
+    products: [Matrix3<f64>; 3],
+}
+
+impl std::ops::AddAssign for Sums {
+    fn add_assign(&mut self, other: Self) {
+        self.weight += other.weight;
+        self.from += other.from;
+        self.to += other.to;
+        self.products.iter_mut().zip(other.products).for_each(|(sum, m)| *sum += m);
+    }
+}
+
+/// `spread`: a set's mean products about its centre.
+fn check_extent(spread: &Matrix3<f64>, set: &[Vector3<f64>]) -> Result<()> {
+    let unclear = || Error::degenerate(Degeneracy::IllConditioned, "the extents of a set are beyond measure");
+    let (values, _) = symmetric_eigen3(spread).ok_or_else(unclear)?;
+    let size = set.iter().fold(0.0f64, |m, p| m.max(p.amax()));
+    let extents = values.map(|v| v.max(0.0).sqrt());
+    // What rounding leaves of coordinates.
     if extents[0] <= 1e-12 * size || extents[0] == 0.0 {
         return Err(Error::degenerate(Degeneracy::Coincident, "all points of a set coincide"));
     }

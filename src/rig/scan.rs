@@ -259,11 +259,11 @@ pub(super) fn spread(path: &mut [u32]) {
     path.copy_from_slice(&passes);
 }
 
-fn watch(model: &RigModel, camera: &FixedCamera, options: &ScanOptions) -> Result<Option<AccuracyWatch>> {
+fn watch(model: &RigModel, camera: &FixedCamera, options: &ScanOptions) -> Result<Watched> {
     let mut watch = AccuracyWatch::new(*model, camera.width, camera.height, options.target_accuracy)?;
     watch.estimate.distortion = camera.distortion;
     watch.estimate.cancel = options.cancel.clone();
-    Ok(Some(watch))
+    Ok(Watched { watch, told: 0, met: false })
 }
 
 /// Whatever ends a scan, a panic of the host's code too: the laser is off and the head stops.
@@ -292,8 +292,16 @@ pub(super) struct Scanner<'a> {
     /// Longest time that a shot has had the laser on, seconds.
     longest_on: f64,
     start: f64,
-    /// One for each fixed camera whose target is not met yet; `None`: it is. Empty without a target.
-    watches: Vec<Option<AccuracyWatch>>,
+    /// One for each fixed camera; empty without a target.
+    watches: Vec<Watched>,
+}
+
+/// How well a fixed camera is known.
+struct Watched {
+    watch: AccuracyWatch,
+    /// The scan's shots that it was told of.
+    told: usize,
+    met: bool,
 }
 
 impl Scanner<'_> {
@@ -337,22 +345,23 @@ impl Scanner<'_> {
 
     /// Are all fixed cameras known as well as is wanted?
     fn target_is_met(&mut self) -> Result<bool> {
-        for (camera, slot) in self.watches.iter_mut().enumerate() {
-            let Some(watch) = slot else { continue };
+        for (camera, Watched { watch, told, met }) in self.watches.iter_mut().enumerate().filter(|(_, w)| !w.met) {
             let seen = |shot: &Shot| {
                 let (head, fixed) = (shot.head.ok()?, shot.fixed[camera].ok()?);
                 let spot = |s: &Spot| (Vector2::new(s.x, s.y), spot_covariance(s));
                 shot.point?;
                 Some(SeenShot { pan: shot.pan, tilt: shot.tilt, head: spot(&head), fixed: spot(&fixed) })
             };
-            let shots: Vec<SeenShot> = self.scan.shots.iter().filter_map(seen).collect();
-            let Some(accuracy) = watch.reached(&shots)? else { continue };
+            let fresh = self.scan.shots.iter().skip(*told);
+            fresh.filter_map(seen).for_each(|shot| watch.add(shot));
+            *told = self.scan.shots.len();
+            let Some(accuracy) = watch.reached()? else { continue };
             self.rig.log.write(LogLevel::Info, || {
-                format!("fixed camera {camera}: known to {:.2} mm after {} shots", 1e3 * accuracy.rms, shots.len())
+                format!("fixed camera {camera}: known to {:.2} mm after {} shots", 1e3 * accuracy.rms, watch.count())
             });
-            *slot = None;
+            *met = true;
         }
-        Ok(!self.watches.is_empty() && self.watches.iter().all(Option::is_none))
+        Ok(!self.watches.is_empty() && self.watches.iter().all(|w| w.met))
     }
 
     fn report(
@@ -567,6 +576,11 @@ impl Scanner<'_> {
             if !self.gates[camera].accepts(&spot, &depth.point, &self.options.gate) {
                 shot.fixed[camera] = Err(Miss::OffPrediction);
             }
+        }
+        // What it was told may not be true any more.
+        if let Some(watched) = self.watches.get_mut(camera) {
+            watched.watch.clear();
+            watched.told = 0;
         }
     }
 }

@@ -22,7 +22,7 @@ pub struct SeenShot {
     pub fixed: (Vector2<f64>, Matrix2<f64>),
 }
 
-/// Watches one fixed camera's accuracy during a scan.
+/// Watches one fixed camera's accuracy during a scan, shot by shot.
 #[derive(Debug, Clone)]
 pub struct AccuracyWatch {
     pub rig: RigModel,
@@ -35,7 +35,9 @@ pub struct AccuracyWatch {
     pub estimate: CalibrationOptions,
     /// Root mean square error of the position that is wanted, metres.
     pub target: f64,
-    /// Shots at which it is looked at next: solving costs as much as all shots so far, so they grow by a tenth.
+    shots: Vec<SeenShot>,
+    /// Shots at which it is looked at next: solving costs as much as all shots so far, so they grow by a tenth,
+    /// and a shot costs the same on average however many there were.
     next: usize,
 }
 
@@ -51,20 +53,37 @@ impl AccuracyWatch {
             return Err(Error::invalid("target", format!("{target} m")));
         }
         let (rig_prior, estimate) = (Prior::fixed(RIG_PARAMETERS), CalibrationOptions::default());
-        Ok(Self { rig, rig_prior, pointing_sigma: [0.0; 2], width, height, estimate, target, next: FIRST })
+        let (pointing_sigma, shots) = ([0.0; 2], Vec::new());
+        Ok(Self { rig, rig_prior, pointing_sigma, width, height, estimate, target, shots, next: FIRST })
     }
 
-    /// To be called after every shot with all so far: the accuracy once the target is met. While there
-    /// are too few shots, or they do not determine the camera yet, it is not.
+    /// Takes a shot in.
+    pub fn add(&mut self, shot: SeenShot) {
+        self.shots.push(shot);
+    }
+
+    /// Forgets all shots, but not after how many to look next.
+    pub fn clear(&mut self) {
+        self.shots.clear();
+    }
+
+    /// Shots so far.
+    pub fn count(&self) -> usize {
+        self.shots.len()
+    }
+
+    /// To be called after every shot: the accuracy once the target is met. While there are too few shots, or
+    /// they do not determine the camera yet, it is not.
     ///
     /// # Errors
     /// `Cancelled`; what [`accuracy`](Self::accuracy) refuses for another reason than the geometry.
-    pub fn reached(&mut self, shots: &[SeenShot]) -> Result<Option<Accuracy>> {
-        if shots.len() < self.next {
+    pub fn reached(&mut self) -> Result<Option<Accuracy>> {
+        let count = self.count();
+        if count < self.next {
             return Ok(None);
         }
-        self.next = shots.len() + (shots.len() / 10).max(1);
-        match self.accuracy(shots) {
+        self.next = count + (count / 10).max(1);
+        match self.accuracy() {
             Ok(accuracy) => Ok(Some(accuracy).filter(|a| a.rms <= self.target)),
             Err(e @ (Error::Cancelled | Error::InvalidArgument { .. } | Error::NotFinite { .. })) => Err(e),
             Err(_) => Ok(None),
@@ -77,7 +96,8 @@ impl AccuracyWatch {
     ///
     /// # Errors
     /// Those of [`calibrate_camera`]; `Degenerate`.
-    pub fn accuracy(&self, shots: &[SeenShot]) -> Result<Accuracy> {
+    pub fn accuracy(&self) -> Result<Accuracy> {
+        let shots = &self.shots;
         let mut set = Correspondences::new(self.width, self.height)?;
         let mut depths = Vec::with_capacity(shots.len());
         for s in shots {

@@ -547,8 +547,15 @@ fn the_watch_says_when_the_target_is_met() {
     let mixed: Vec<SeenShot> = (0..seen.len()).map(|i| seen[i * 373 % seen.len()]).collect();
     let mut watch = AccuracyWatch::new(rig(), 800, 600, 5e-4).unwrap();
     watch.estimate = site.estimate.clone();
-    let (met, accuracy) =
-        (1..=mixed.len()).find_map(|n| Some((n, watch.reached(&mixed[..n]).unwrap()?))).expect("met at last");
+    let fresh = watch.clone();
+    let mut shots = mixed.iter();
+    let accuracy = shots
+        .find_map(|shot| {
+            watch.add(*shot);
+            watch.reached().unwrap()
+        })
+        .expect("met at last");
+    let met = watch.count();
     assert!(accuracy.rms <= 5e-4 && (20..400).contains(&met), "{met}");
     let truth = expected_of(&site, &set_up(near(), met).shots, &level(0.2), &[]).unwrap();
     assert!((accuracy.rms / truth.position.rms - 1.0).abs() < 0.5, "{} {}", accuracy.rms, truth.position.rms);
@@ -557,8 +564,16 @@ fn the_watch_says_when_the_target_is_met() {
     // Both, or the other one would give the scale away.
     sigmas[RigParameter::LaserX0 as usize] = 5e-3;
     sigmas[RigParameter::LaserY0 as usize] = 5e-3;
+    shots.for_each(|shot| watch.add(*shot));
+    assert_eq!(watch.count(), mixed.len());
     watch.rig_prior = Prior::of_sigmas(&sigmas);
-    assert!(watch.accuracy(&mixed).unwrap().rms > 1e-3);
+    assert!(watch.accuracy().unwrap().rms > 1e-3);
+    // The same shots again are the same answer.
+    watch = fresh;
+    mixed[..met].iter().for_each(|shot| watch.add(*shot));
+    assert_eq!(watch.accuracy().unwrap(), accuracy);
+    watch.clear();
+    assert!(watch.count() == 0 && watch.accuracy().is_err());
     for target in [0.0, -1.0, f64::NAN] {
         assert!(AccuracyWatch::new(rig(), 800, 600, target).is_err());
     }

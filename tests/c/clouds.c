@@ -144,6 +144,27 @@ static void files(void)
   fclose(file);
   CHECK_STATUS(PTZCAL_STATUS_FILE_FORMAT, ptzcal_cloud_load("lie.ply", &found, NULL, NULL));
   CHECK(found == NULL);
+  /* Two points, of which one is nowhere; then a byte too few, and a byte too many. */
+  for (i = 0; i < 3; i++) {
+    const float nowhere[3] = {1.0f, NAN, 2.0f}, somewhere[3] = {1.0f, 2.0f, 3.0f};
+    file = fopen("cut.ply", "wb");
+    CHECK(file);
+    fputs("ply\nformat binary_little_endian 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
+          "property float z\nend_header\n", file);
+    CHECK(fwrite(nowhere, sizeof nowhere, 1, file) == 1);
+    CHECK(fwrite(somewhere, sizeof somewhere - (i == 1), 1, file) == 1);
+    if (i == 2) fputc(0, file);
+    fclose(file);
+    if (i == 0) {
+      CHECK_OK(ptzcal_cloud_load("cut.ply", &found, &needed, NULL));
+      CHECK(count(found) == 1 && needed == 1);
+      ptzcal_cloud_free(found);
+    } else {
+      CHECK_STATUS(PTZCAL_STATUS_FILE_FORMAT, ptzcal_cloud_load("cut.ply", &found, NULL, NULL));
+      CHECK(found == NULL);
+    }
+  }
+  remove("cut.ply");
   /* A depth camera's pixel without depth. */
   file = fopen("holes.pcd", "wb");
   CHECK(file);

@@ -11,4 +11,5 @@ mod random;
 mod roof_edges;
 #[path = "../support/room.rs"]
 mod room;
+mod sparse_stations;
 mod stations;

@@ -2,6 +2,8 @@
 //! noise is along their rays. Both say how far a measurement is from a plane in its own standard
 //! deviations, so that one search serves both.
 
+use std::borrow::Cow;
+
 use nalgebra::{Matrix3, Vector3};
 
 use crate::error::Result;
@@ -14,8 +16,8 @@ pub(super) trait Measured {
     fn count(&self) -> usize;
     /// Where a measurement is, as well as it is known; `None` at infinity.
     fn position(&self, i: usize) -> Option<Vector3<f64>>;
-    /// How far a measurement is from a plane, in standard deviations.
-    fn residual(&self, n: &Vector3<f64>, i: usize) -> f64;
+    /// How far measurements are from a plane, in standard deviations.
+    fn residuals<'a>(&'a self, n: &Vector3<f64>) -> impl Fn(usize) -> f64 + 'a;
     /// The plane through three measurements or more, without weights and without checks.
     fn quick_fit(&self, used: &[u32]) -> Option<Vector3<f64>>;
     /// The plane by maximum likelihood, with its covariance, or why there is none.
@@ -25,12 +27,12 @@ pub(super) trait Measured {
 }
 
 /// Points with one standard deviation in every direction, metres.
-pub(super) struct Cloud {
-    pub points: Vec<Vector3<f64>>,
+pub(super) struct Cloud<'p> {
+    pub points: Cow<'p, [Vector3<f64>]>,
     pub sigma: f64,
 }
 
-impl Measured for Cloud {
+impl Measured for Cloud<'_> {
     fn count(&self) -> usize {
         self.points.len()
     }
@@ -39,8 +41,10 @@ impl Measured for Cloud {
         Some(self.points[i])
     }
 
-    fn residual(&self, n: &Vector3<f64>, i: usize) -> f64 {
-        (n.dot(&self.points[i]) - 1.0) / (n.norm() * self.sigma)
+    fn residuals<'a>(&'a self, n: &Vector3<f64>) -> impl Fn(usize) -> f64 + 'a {
+        let distance = 1.0 / (n.norm() * self.sigma);
+        let normal = n * distance;
+        move |i| normal.dot(&self.points[i]) - distance
     }
 
     fn quick_fit(&self, used: &[u32]) -> Option<Vector3<f64>> {
@@ -89,10 +93,13 @@ impl Measured for Shots {
         self.shots[i].point()
     }
 
-    fn residual(&self, n: &Vector3<f64>, i: usize) -> f64 {
-        let shot = &self.shots[i];
-        let r = (shot.rho - n.dot(&shot.direction) / (1.0 - n.dot(&shot.origin))) * self.weights[i];
-        if r.is_nan() { f64::INFINITY } else { r }
+    fn residuals<'a>(&'a self, n: &Vector3<f64>) -> impl Fn(usize) -> f64 + 'a {
+        let n = *n;
+        move |i| {
+            let shot = &self.shots[i];
+            let r = (shot.rho - n.dot(&shot.direction) / (1.0 - n.dot(&shot.origin))) * self.weights[i];
+            if r.is_nan() { f64::INFINITY } else { r }
+        }
     }
 
     /// n . (o rho + d) = rho is linear in n.

@@ -9,6 +9,8 @@ mod search;
 mod support;
 pub(super) mod view;
 
+use std::borrow::Cow;
+
 use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_core::SeedableRng;
@@ -26,6 +28,8 @@ use crate::geometry::linalg::symmetric_eigen3;
 /// Measurements that planes are sought in; more are thinned out at random before the search, and all
 /// are used after it.
 const SOUGHT: usize = 40_000;
+/// Measurements that make a view, about: sixteen for each of its cells.
+const VIEWED: usize = 200_000;
 /// Neighbours that the noise of points is estimated from.
 const PATCH: usize = 12;
 /// Scatter about a region's plane, relative to its shorter side, beyond which it is none.
@@ -141,7 +145,11 @@ pub fn find_planes_in_points(
     options.check()?;
     check_sigma(sigma)?;
     let usable = within(points.iter().map(|p| p.iter().all(|v| v.is_finite()).then_some(*p)), options)?;
-    let points: Vec<Vector3<f64>> = usable.chosen.iter().map(|i| points[*i as usize]).collect();
+    let points = if usable.chosen.len() == points.len() {
+        Cow::Borrowed(points)
+    } else {
+        Cow::Owned(usable.chosen.iter().map(|i| points[*i as usize]).collect())
+    };
     let mut cloud = Cloud { points, sigma: 0.0 };
     let sought = thinned(&cloud, options.seed);
     let sigma = match sigma {
@@ -190,7 +198,7 @@ pub fn fit_regions_of_points(
         let inside: Vec<u32> = flagged(&estimate.inliers);
         let off = |i: &u32| (estimate.n.dot(&points[*i as usize]) - 1.0).powi(2) / estimate.n.norm_squared();
         let rms = (inside.iter().map(off).sum::<f64>() / inside.len().saturating_sub(3).max(1) as f64).sqrt();
-        let cloud = Cloud { sigma: noise.unwrap_or(rms.max(f64::MIN_POSITIVE)), points };
+        let cloud = Cloud { sigma: noise.unwrap_or(rms.max(f64::MIN_POSITIVE)), points: points.into() };
         Ok((estimate, describe(&cloud, &inside)))
     };
     let position = |i: u32| Some(points[i as usize]);
@@ -265,9 +273,13 @@ fn fitted(
 fn seen(
     planes: &[FoundPlane],
     labels: &[Option<u16>],
-    places: impl Iterator<Item = (u32, Option<Vector3<f64>>)>,
+    places: impl Iterator<Item = (u32, Option<Vector3<f64>>)> + Clone,
 ) -> View {
     let normals: Vec<Vector3<f64>> = planes.iter().map(|p| p.estimate.n.normalize()).collect();
+    let every = labels.len() / VIEWED;
+    // One of each so many, any: every so manieth of a scan line would leave gaps.
+    let shown = |i: u32| every < 2 || i as usize % every == (i as usize / every).wrapping_mul(40_503) % every;
+    let places = places.filter(|(i, _)| shown(*i));
     View::of(places.filter_map(|(i, place)| Some((place?, labels[i as usize].map(|k| normals[k as usize])))))
 }
 
@@ -418,12 +430,15 @@ fn found<M: Measured>(all: &M, sought: M, usable: &Usable, options: &FindPlanesO
 
 /// The first plane that each measurement agrees with: larger ones come first.
 fn label<M: Measured>(m: &M, normals: &[Vector3<f64>], threshold: f64) -> Vec<Option<u16>> {
-    let first = |i: usize| normals.iter().position(|n| m.residual(n, i).abs() <= threshold).map(|k| k as u16);
+    let residuals: Vec<_> = normals.iter().map(|n| m.residuals(n)).collect();
+    let first = |i: usize| residuals.iter().position(|r| r(i).abs() <= threshold).map(|k| k as u16);
     (0..m.count()).map(first).collect()
 }
 
 fn members(labels: &[Option<u16>], planes: usize) -> Vec<Vec<u32>> {
-    let mut members = vec![Vec::new(); planes];
+    let mut counts = vec![0; planes];
+    labels.iter().flatten().for_each(|k| counts[*k as usize] += 1);
+    let mut members: Vec<Vec<u32>> = counts.into_iter().map(Vec::with_capacity).collect();
     for (i, label) in labels.iter().enumerate() {
         if let Some(k) = label {
             members[*k as usize].push(i as u32);
@@ -434,10 +449,10 @@ fn members(labels: &[Option<u16>], planes: usize) -> Vec<Vec<u32>> {
 
 /// Measurements of no larger plane in and around a plane.
 fn contrast<M: Measured>(m: &M, n: &Vector3<f64>, labels: &[Option<u16>], plane: usize, threshold: f64) -> Contrast {
-    let mut contrast = Contrast::default();
+    let (mut contrast, residual) = (Contrast::default(), m.residuals(n));
     for (i, label) in labels.iter().enumerate() {
         if label.is_none_or(|k| k as usize >= plane) {
-            contrast.add(m.residual(n, i), threshold);
+            contrast.add(residual(i), threshold);
         }
     }
     contrast
@@ -455,7 +470,8 @@ fn describe<M: Measured>(m: &M, used: &[u32]) -> Option<FoundPlane> {
     let (normal, distance) = (n.normalize(), 1.0 / n.norm());
     let support = PlaneSupport::of(&places, &normal, distance);
     let off = places.iter().map(|p| (normal.dot(p) - distance).powi(2)).sum::<f64>();
-    let residuals = used.iter().filter_map(|i| Some((m.position(*i as usize)?, m.residual(&n, *i as usize))));
+    let residual = m.residuals(&n);
+    let residuals = used.iter().filter_map(|i| Some((m.position(*i as usize)?, residual(*i as usize))));
     let covariance = fit.covariance * support.unevenness(residuals);
     let degrees_of_freedom = used.len().saturating_sub(3);
     let estimate = PlaneEstimate { n, covariance, chi_square: fit.chi_square, degrees_of_freedom, inliers: Vec::new() };

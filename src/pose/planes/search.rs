@@ -76,13 +76,17 @@ pub(super) fn search<M: Measured>(m: &M, limits: &Limits, rng: &mut ChaCha8Rng) 
         let mut scored = free.clone();
         shuffle(&mut scored, SCORED, rng);
         scored.truncate(SCORED);
-        let hunt = Hunt { m, limits, free: &free, scored: &scored };
+        // Beside each other in memory: they are looked at thousands of times.
+        let (chosen, indices) = (m.subset(&scored), Vec::from_iter(0..scored.len() as u32));
+        let scored = Part { m: &chosen, indices: &indices };
+        let hunt = Hunt { limits, free: Part { m, indices: &free }, scored };
         let Some(n) = hunt.best(rng) else {
             misses += 1;
             continue;
         };
         // The shells go too: what noise and unevenness leave there would look like planes of its own.
-        free.retain(|i| m.residual(&n, *i as usize).abs() > 2.0 * limits.threshold);
+        let residual = m.residuals(&n);
+        free.retain(|i| residual(*i as usize).abs() > 2.0 * limits.threshold);
         planes.push(n);
     }
     planes
@@ -100,14 +104,27 @@ fn below(count: usize, rng: &mut ChaCha8Rng) -> usize {
     (rng.next_u64() % count as u64) as usize
 }
 
+/// Some of the measurements.
+struct Part<'a, M> {
+    m: &'a M,
+    indices: &'a [u32],
+}
+
+impl<M> Clone for Part<'_, M> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<M> Copy for Part<'_, M> {}
+
 /// The search for one plane.
 struct Hunt<'a, M> {
-    m: &'a M,
     limits: &'a Limits,
     /// Those of no plane yet, in Morton order.
-    free: &'a [u32],
+    free: Part<'a, M>,
     /// A random choice of them, in random order.
-    scored: &'a [u32],
+    scored: Part<'a, M>,
 }
 
 impl<M: Measured> Hunt<'_, M> {
@@ -121,6 +138,9 @@ impl<M: Measured> Hunt<'_, M> {
             if self.contrast(&n, around).significance() < PROMISING {
                 continue;
             }
+            if best.is_some_and(|(_, known)| self.is_part_of(&n, &known, around)) {
+                continue;
+            }
             let least = best.map_or(0, |(b, _)| b.inliers / 4);
             // A rough candidate grows by being fitted: a quarter of the best may become the best.
             let score = self.contrast(&n, self.scored);
@@ -130,7 +150,7 @@ impl<M: Measured> Hunt<'_, M> {
             let (score, n) = self.grow(score, n);
             if best.is_none_or(|(b, _)| score.significance() > b.significance()) {
                 best = Some((score, n));
-                needed = samples_needed(score.inliers as f64 / self.scored.len() as f64);
+                needed = samples_needed(score.inliers as f64 / self.scored.indices.len() as f64);
             }
         }
         let n = self.on_one_patch(self.refine(best?.1, self.free, 3));
@@ -138,28 +158,44 @@ impl<M: Measured> Hunt<'_, M> {
     }
 
     /// A plane through neighbours, and those around them that must bear it out.
-    fn sample(&self, rng: &mut ChaCha8Rng) -> Option<(Vector3<f64>, &[u32])> {
-        let count = self.free.len();
+    fn sample(&self, rng: &mut ChaCha8Rng) -> Option<(Vector3<f64>, Part<'_, M>)> {
+        let Part { m, indices: free } = self.free;
+        let count = free.len();
         let middle = below(count, rng);
-        let window = |half: usize| &self.free[middle.saturating_sub(half)..middle.saturating_add(half).min(count)];
+        let window = |half: usize| &free[middle.saturating_sub(half)..middle.saturating_add(half).min(count)];
         let half = *WINDOWS.get(below(WINDOWS.len() + 1, rng)).unwrap_or(&count);
         let near = window(half);
-        let around =
-            if half < count { window(half.max(GLANCE / 2)) } else { &self.scored[..self.scored.len().min(GLANCE)] };
+        let around = if half < count {
+            Part { m, indices: window(half.max(GLANCE / 2)) }
+        } else {
+            let Part { m, indices } = self.scored;
+            Part { m, indices: &indices[..indices.len().min(GLANCE)] }
+        };
         if half <= FITTED {
-            return Some((self.m.quick_fit(near)?, around));
+            return Some((m.quick_fit(near)?, around));
         }
-        let three = [self.free[middle], near[below(near.len(), rng)], near[below(near.len(), rng)]];
+        let three = [free[middle], near[below(near.len(), rng)], near[below(near.len(), rng)]];
         if three[0] == three[1] || three[1] == three[2] || three[2] == three[0] {
             return None;
         }
-        Some((self.m.quick_fit(&three)?, around))
+        Some((m.quick_fit(&three)?, around))
     }
 
-    fn contrast(&self, n: &Vector3<f64>, among: &[u32]) -> Contrast {
-        let mut contrast = Contrast::default();
-        among.iter().for_each(|i| contrast.add(self.m.residual(n, *i as usize), self.limits.threshold));
+    fn contrast(&self, n: &Vector3<f64>, among: Part<'_, M>) -> Contrast {
+        let (mut contrast, residual) = (Contrast::default(), among.m.residuals(n));
+        among.indices.iter().for_each(|i| contrast.add(residual(*i as usize), self.limits.threshold));
         contrast
+    }
+
+    /// Whether nearly all that agrees with a candidate agrees with a known plane, to which it would grow.
+    fn is_part_of(&self, n: &Vector3<f64>, known: &Vector3<f64>, among: Part<'_, M>) -> bool {
+        let (residual, other) = (among.m.residuals(n), among.m.residuals(known));
+        let (mut own, mut common) = (0, 0);
+        for i in among.indices.iter().map(|i| *i as usize).filter(|i| residual(*i).abs() <= self.limits.threshold) {
+            own += 1;
+            common += usize::from(other(i).abs() <= self.limits.threshold);
+        }
+        10 * common >= 9 * own
     }
 
     /// Fits a candidate to what agrees with it as long as that makes it more significant.
@@ -176,10 +212,10 @@ impl<M: Measured> Hunt<'_, M> {
         best
     }
 
-    fn refine(&self, mut n: Vector3<f64>, among: &[u32], rounds: usize) -> Vector3<f64> {
+    fn refine(&self, mut n: Vector3<f64>, among: Part<'_, M>, rounds: usize) -> Vector3<f64> {
         for _ in 0..rounds {
             let inliers = self.inliers(&n, among);
-            match self.m.quick_fit(&inliers) {
+            match among.m.quick_fit(&inliers) {
                 Some(better) if inliers.len() >= 3 => n = better,
                 _ => break,
             }
@@ -189,19 +225,20 @@ impl<M: Measured> Hunt<'_, M> {
 
     /// The plane of the largest connected part, and of whatever else lies on that.
     fn on_one_patch(&self, n: Vector3<f64>) -> Vector3<f64> {
+        let m = self.free.m;
         let inliers = self.inliers(&n, self.free);
         let (used, places): (Vec<u32>, Vec<Vector3<f64>>) =
-            inliers.iter().filter_map(|i| Some((*i, self.m.position(*i as usize)?))).unzip();
+            inliers.iter().filter_map(|i| Some((*i, m.position(*i as usize)?))).unzip();
         let part: Vec<u32> = patch::largest(&places, &n).into_iter().map(|k| used[k]).collect();
         if part.len() == inliers.len() || part.len() < 3 {
             return n;
         }
-        self.m.quick_fit(&part).map_or(n, |n| self.refine(n, self.free, 1))
+        m.quick_fit(&part).map_or(n, |n| self.refine(n, self.free, 1))
     }
 
-    fn inliers(&self, n: &Vector3<f64>, among: &[u32]) -> Vec<u32> {
-        let agrees = |i: &&u32| self.m.residual(n, **i as usize).abs() <= self.limits.threshold;
-        among.iter().filter(agrees).copied().collect()
+    fn inliers(&self, n: &Vector3<f64>, among: Part<'_, M>) -> Vec<u32> {
+        let residual = among.m.residuals(n);
+        among.indices.iter().filter(|i| residual(**i as usize).abs() <= self.limits.threshold).copied().collect()
     }
 }
 

@@ -25,10 +25,11 @@ const MIN_VOLUME: f64 = 0.1;
 const ROTATIONS: usize = 64;
 const PAIRS: usize = 64;
 const TRANSLATIONS: usize = 12;
-/// Rotations for which poses that slide are tried, and at which steps: metres, to how many either way.
-const SLIDING: usize = 8;
-const STEP: f64 = 0.25;
-const REACH: i32 = 32;
+/// Rotations for which poses that slide are tried (as many as turn a box into itself), and at which steps: metres,
+/// to how many either way.
+const SLIDING: usize = 24;
+const STEP: f64 = 0.1;
+const REACH: i32 = 80;
 
 /// One station's planes, and what each counts.
 pub(super) struct Side {

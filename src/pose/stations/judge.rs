@@ -11,11 +11,11 @@ const MARGIN: f64 = 0.04;
 const TOLERANCE: f64 = 0.02;
 
 /// What two views say of a pose between them.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Verdict {
     /// Places of one where the other has a surface too.
     pub met: usize,
-    /// Places of one through which the other saw, or where it has a surface across.
+    /// Places of one through which the other saw.
     pub crossed: usize,
     /// Of those that met, the ones on none of the planes that the pose was made from.
     pub confirmed: usize,
@@ -23,6 +23,9 @@ pub(super) struct Verdict {
     pub refuted: usize,
     /// All places that were looked up.
     pub asked: usize,
+    /// Places through which the other saw, in each part of a and then of b: neighbours are one witness, for what
+    /// was moved or badly measured there concerns them all.
+    witnesses: Vec<u16>,
 }
 
 impl Verdict {
@@ -36,19 +39,31 @@ impl Verdict {
     pub fn score(&self) -> f64 {
         (self.met as f64 - 2.0 * self.crossed as f64) / self.asked.max(1) as f64
     }
+
+    /// A bound on the probability that chance contradicts another pose of the same views so much more often than
+    /// this one, if it is as good. Then a witness contradicts either with equal probability, and a sum of numbers
+    /// d of random signs exceeds s with a probability of no more than exp(-s^2 / (2 sum d^2)) (Hoeffding,
+    /// "Probability inequalities for sums of bounded random variables", JASA 1963). Where surfaces meet tells
+    /// less: poses whose stations are close to each other see more of the same.
+    pub fn chance_over(&self, other: &Self) -> f64 {
+        let against = || other.witnesses.iter().zip(&self.witnesses).map(|(q, p)| f64::from(*q) - f64::from(*p));
+        let (sum, squares) = against().fold((0.0, 0.0), |(s, q), d| (s + d, q + d * d));
+        if sum > 0.0 { (-sum * sum / (2.0 * squares)).exp() } else { 1.0 }
+    }
 }
 
 /// Looks up about so many places of each view in the other.
 /// `used`: the planes that the pose was made from, in a's frame.
 pub(super) fn judge(a: &View, b: &View, b_to_a: &Rigid, used: &[Plane], places: usize) -> Verdict {
-    let mut verdict = Verdict::default();
+    let mut verdict = Verdict { witnesses: vec![0; a.parts() + b.parts()], ..Verdict::default() };
     let off = |x: &Vector3<f64>, range: f64| {
         used.iter().all(|p| p.signed_distance(x).abs() > 2.0 * (MARGIN + TOLERANCE * range))
     };
-    let mut ask = |from: &View, to: &View, transform: &Rigid, to_a: &Rigid| {
+    let mut ask = |from: &View, to: &View, first: usize, transform: &Rigid, to_a: &Rigid| {
         let step = (from.count() / places).max(1);
-        for (place, normal) in from.places().step_by(step) {
+        for (part, place, normal) in from.places().step_by(step) {
             verdict.asked += 1;
+            let witness = &mut verdict.witnesses[first + part];
             let normal = normal.map(|n| transform.rotation * n);
             match to.sight(&transform.apply(&place), normal.as_ref(), MARGIN, TOLERANCE) {
                 Sight::Surface => {
@@ -57,13 +72,14 @@ pub(super) fn judge(a: &View, b: &View, b_to_a: &Rigid, used: &[Plane], places: 
                 }
                 Sight::Contradiction => {
                     verdict.crossed += 1;
+                    *witness += 1;
                     verdict.refuted += usize::from(off(&to_a.apply(&place), place.norm()));
                 }
                 Sight::Unknown => {}
             }
         }
     };
-    ask(b, a, b_to_a, b_to_a);
-    ask(a, b, &b_to_a.inverse(), &Rigid::identity());
+    ask(b, a, a.parts(), b_to_a, b_to_a);
+    ask(a, b, 0, &b_to_a.inverse(), &Rigid::identity());
     verdict
 }

@@ -36,6 +36,12 @@ const MIN_MET: usize = 30;
 const MIN_CONFIRMED: usize = 15;
 /// Of the disagreement that is allowed, how much where no plane is to spare.
 const STRICTER: f64 = 0.25;
+/// Share of the best score below which another pose is out, however little contradicts it: the true one sees at
+/// least so much of what a wrong one with nearer stations does.
+const FAR_WORSE: f64 = 0.7;
+/// Chance below which it is no luck that another pose is contradicted more often. A room has a handful of poses
+/// that are alike, so that of pairs of stations that nothing tells apart one in a thousand may be linked wrongly.
+const LUCK: f64 = 1e-4;
 /// Probability below which the planes' differences contradict their covariances.
 const BEYOND_CHANCE: f64 = 1e-3;
 
@@ -59,7 +65,8 @@ pub struct StationOptions {
     pub max_distance: f64,
     /// Of the places that both stations saw, the least share where both saw a surface.
     pub min_agreement: f64,
-    /// Another pose that scores this share of the best one's score makes it ambiguous.
+    /// Another pose that scores this share of the best one's score makes it ambiguous; so does any that is not
+    /// contradicted more often beyond chance.
     pub max_runner_up: f64,
     /// Only poses within three standard deviations of it are considered.
     pub prior: Option<PosePrior>,
@@ -133,7 +140,8 @@ const ROBUST_ROUNDS: usize = 20;
 /// `Degenerate` where the planes of a station, or those that both saw, leave a part of the pose
 /// unobservable: the message says which, as numbers; `NoSharedPlanes` where no pose brings three planes
 /// in three directions together, or none that agrees with what the stations saw; `AmbiguousStations`
-/// where another pose agrees (nearly) as well, or where nothing confirms the only one; `InvalidArgument` and `NotFinite` for bad options.
+/// where another pose agrees as well, nearly or but for chance, or where nothing confirms the only one;
+/// `InvalidArgument` and `NotFinite` for bad options.
 pub fn register_stations(a: &StationPlanes, b: &StationPlanes, options: &StationOptions) -> Result<StationPose> {
     options.check()?;
     for (name, station) in [("station_a", a), ("station_b", b)] {
@@ -156,15 +164,18 @@ pub fn register_stations(a: &StationPlanes, b: &StationPlanes, options: &Station
             ),
         });
     }
+    // Another pose is possible unless it fits far worse, or the stations contradict it beyond chance.
+    let possible = |other: &Judged| {
+        let share = other.verdict.score() / best.verdict.score();
+        share > options.max_runner_up || share > FAR_WORSE && best.verdict.chance_over(&other.verdict) > LUCK
+    };
     let runner_up = ranked[1..].iter().find(|r| r.differs(best, options));
     let relative = runner_up.map_or(0.0, |r| (r.verdict.score() / best.verdict.score()).max(0.0));
-    if let Some(other) = runner_up.filter(|_| relative > options.max_runner_up) {
+    if let Some(other) = ranked[1..].iter().find(|r| r.differs(best, options) && possible(r)) {
         return Err(Error::AmbiguousStations { reason: pair.difference(best, other) });
     }
-    if let Some((direction, score)) = pair.sliding(best)
-        && score / best.verdict.score() > options.max_runner_up
-    {
-        return Err(unobservable::sliding(&direction));
+    if let Some((direction, _)) = pair.sliding(best).iter().find(|(_, r)| possible(r)) {
+        return Err(unobservable::sliding(direction));
     }
     let pose = pair.conclude(best, relative)?;
     if options.prior.is_none() && !pair.confirmed(best, &pose) {
@@ -292,12 +303,12 @@ impl Pair<'_> {
                 rough.push(Judged { verdict: self.judge(&b_to_a, &matches, ROUGH_PLACES), b_to_a, matches });
             }
         }
-        sort(&mut rough);
+        sort_by_score(&mut rough, |pose| pose);
         rough.truncate(FINE);
         for judged in &mut rough {
             judged.verdict = self.judge(&judged.b_to_a, &judged.matches, FINE_PLACES);
         }
-        sort(&mut rough);
+        sort_by_score(&mut rough, |pose| pose);
         rough
     }
 
@@ -317,25 +328,25 @@ impl Pair<'_> {
         Some((b_to_a, matches))
     }
 
-    /// The best score of another pose by which the stations share planes in two directions only, with
-    /// the direction in which it can slide.
-    fn sliding(&self, best: &Judged) -> Option<(Vector3<f64>, f64)> {
+    /// Other poses by which the stations share planes in two directions only, the best first, with the direction
+    /// in which each can slide.
+    fn sliding(&self, best: &Judged) -> Vec<(Vector3<f64>, Judged)> {
         let [a, b] = &self.sides;
-        let mut found: Option<(Vector3<f64>, f64)> = None;
-        for (b_to_a, direction) in partial(a, b, self.options) {
-            if !apart(&b_to_a, &best.b_to_a, 2.5 * self.options.max_angle, 5.0 * self.options.max_distance) {
-                continue;
-            }
-            let rough = self.judge(&b_to_a, &[], ROUGH_PLACES).score();
-            if rough < 0.8 * best.verdict.score() {
-                continue;
-            }
-            let score = self.judge(&b_to_a, &[], FINE_PLACES).score();
-            if found.as_ref().is_none_or(|(_, s)| score > *s) {
-                found = Some((direction, score));
-            }
-        }
-        found
+        let judged = |(b_to_a, direction), places| {
+            (direction, Judged { b_to_a, matches: Vec::new(), verdict: self.judge(&b_to_a, &[], places) })
+        };
+        let mut found: Vec<(Vector3<f64>, Judged)> = partial(a, b, self.options)
+            .into_iter()
+            .map(|pose| judged(pose, ROUGH_PLACES))
+            // A rough score errs by a tenth.
+            .filter(|(_, pose)| pose.verdict.score() > 0.8 * FAR_WORSE * best.verdict.score())
+            .filter(|(_, pose)| pose.differs(best, self.options))
+            .collect();
+        sort_by_score(&mut found, |(_, pose)| pose);
+        found.truncate(FINE);
+        let mut fine: Vec<_> = found.into_iter().map(|(d, pose)| judged((pose.b_to_a, d), FINE_PLACES)).collect();
+        sort_by_score(&mut fine, |(_, pose)| pose);
+        fine
     }
 
     fn difference(&self, best: &Judged, other: &Judged) -> String {
@@ -353,7 +364,7 @@ impl Pair<'_> {
     /// fit each other, and the heights of rooms are alike: 1 in 20 pairs of partial views would be given
     /// a wrong pose.
     fn confirmed(&self, best: &Judged, pose: &StationPose) -> bool {
-        let Verdict { confirmed, refuted, .. } = best.verdict;
+        let &Verdict { confirmed, refuted, .. } = &best.verdict;
         if refuted > confirmed.max(MIN_CONFIRMED) {
             return false;
         }
@@ -419,6 +430,6 @@ fn robust(planes: &[MatchedPlane], mut fit: PlanePose) -> Result<PlanePose> {
     Ok(fit)
 }
 
-fn sort(judged: &mut [Judged]) {
-    judged.sort_by(|p, q| q.verdict.score().total_cmp(&p.verdict.score()));
+fn sort_by_score<T>(poses: &mut [T], judged: impl Fn(&T) -> &Judged) {
+    poses.sort_by(|p, q| judged(q).verdict.score().total_cmp(&judged(p).verdict.score()));
 }
