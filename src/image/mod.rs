@@ -8,8 +8,10 @@ pub mod frames;
 pub mod photometry;
 pub mod pixel_format;
 pub mod pyramid;
+pub mod undistort;
 pub mod view;
 
 pub use depth::{DepthMap, DepthNoise, InverseDepth};
 pub use pixel_format::PixelFormat;
-pub use view::{Image, ImageView, PlaneView};
+pub use undistort::{Undistorter, undistorted_camera};
+pub use view::{Image, ImageView, PlaneView, PlaneViewMut};
