@@ -31,7 +31,7 @@ impl Handle for ptzcal_undistorter {
 /// @param camera The calibrated camera.
 /// @param keep   How much of the image's border is kept, as the alpha of OpenCV's
 ///               getOptimalNewCameraMatrix. 0: the largest view whose pixels are all inside the image; 1: the
-///               smallest that holds all pixels of the image, with empty corners; between them something
+///               smallest that holds all pixels of the image, with empty margins; between them something
 ///               between.
 /// @param ideal  Receives the ideal camera; set up by ptzcal_camera_init.
 /// @param error  Receives the error; may be NULL.
@@ -227,6 +227,7 @@ unsafe fn apply(
         ArrayOut::new(pixels, n, "pixels")?;
         view(image)?
     };
+    undistorter.0.check_region(&region)?;
     if overlaps(&image, pixels.addr(), n) {
         return Err(Error::invalid("pixels", "the picture cannot be drawn into the image that it is made of"));
     }

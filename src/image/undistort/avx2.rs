@@ -170,10 +170,7 @@ impl<'a, const N: usize> Wide<'a, N> {
         _mm_prefetch::<_MM_HINT_T0>(low.wrapping_offset(ahead).cast());
         _mm_prefetch::<_MM_HINT_T0>(high.wrapping_offset(ahead).cast());
         // Each pixel's byte and the next.
-        let bytes = _mm256_add_epi16(
-            _mm256_or_si256(column, _mm256_slli_epi16::<8>(column)),
-            _mm256_set1_epi16(0x100),
-        );
+        let bytes = _mm256_add_epi16(_mm256_or_si256(column, _mm256_slli_epi16::<8>(column)), _mm256_set1_epi16(0x100));
         let pairs = |i: isize| {
             let below = i * self.stride as isize;
             // SAFETY: the windows were just found inside the image.
@@ -250,7 +247,9 @@ impl<'a, const N: usize> Wide<'a, N> {
         );
         let (top, bottom) = (self.top, self.top.wrapping_offset(self.stride as isize));
         for offset in offsets.iter().step_by(LANES / N) {
-            _mm_prefetch::<_MM_HINT_T0>(top.wrapping_offset(*offset as isize + ROWS_AHEAD * self.stride as isize).cast());
+            _mm_prefetch::<_MM_HINT_T0>(
+                top.wrapping_offset(*offset as isize + ROWS_AHEAD * self.stride as isize).cast(),
+            );
         }
         let four = |group: usize| {
             let row = |row: *const u8| {

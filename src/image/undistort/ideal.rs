@@ -14,7 +14,7 @@ const ROUNDING: f64 = 1e-6;
 ///
 /// `keep` is how much of the image's border is kept, as the alpha of OpenCV's
 /// `getOptimalNewCameraMatrix`: 0 is the largest view whose pixels are all inside the image, 1 the smallest
-/// that holds all pixels of the image, with empty corners; between the two, focal length and principal point go from
+/// that holds all pixels of the image, with empty margins; between the two, focal length and principal point go from
 /// the one's to the other's.
 ///
 /// # Errors
@@ -105,7 +105,8 @@ fn undistorted(camera: &Camera, pixel: &Vector2<f64>, limit: f64) -> Result<Vect
 }
 
 fn too_wide() -> Error {
-    let reason = "the lens sees 180 degrees or more, which no ideal picture holds: take less, or an ideal camera of your own";
+    let reason =
+        "the lens sees 180 degrees or more, which no ideal picture holds: take less, or an ideal camera of your own";
     Error::invalid("keep", reason)
 }
 
@@ -130,10 +131,7 @@ fn inner(camera: &Camera) -> Result<Camera> {
     let bound = |side: Box<dyn Iterator<Item = Vector2<f64>>>, axis: usize, from: f64, of: fn(f64, f64) -> f64| {
         side.filter_map(|pixel| undistorted(camera, &pixel, limit).ok()).map(|p| p[axis]).fold(from, of)
     };
-    let low = Vector2::new(
-        bound(left, 0, f64::NEG_INFINITY, f64::max),
-        bound(top, 1, f64::NEG_INFINITY, f64::max),
-    );
+    let low = Vector2::new(bound(left, 0, f64::NEG_INFINITY, f64::max), bound(top, 1, f64::NEG_INFINITY, f64::max));
     let high = Vector2::new(bound(right, 0, f64::INFINITY, f64::min), bound(bottom, 1, f64::INFINITY, f64::min));
     let rectangle = Rectangle { low, high };
     let centre = ((low + high) / 2.0).map(|c| if c.is_finite() { c } else { 0.0 });
@@ -166,9 +164,7 @@ fn inner(camera: &Camera) -> Result<Camera> {
 /// Are all pixels of an ideal picture inside the image? Those of its sides tell.
 fn all_inside(camera: &Camera, ideal: &Camera) -> bool {
     let (view, [w, h]) = (View::new(camera, ideal), spans(camera));
-    let inside = |p: Vector2<f64>| {
-        p.x >= -ROUNDING && p.y >= -ROUNDING && p.x <= w + ROUNDING && p.y <= h + ROUNDING
-    };
+    let inside = |p: Vector2<f64>| p.x >= -ROUNDING && p.y >= -ROUNDING && p.x <= w + ROUNDING && p.y <= h + ROUNDING;
     sides(ideal).into_iter().flatten().all(|pixel| view.position(pixel.x, pixel.y).is_some_and(inside))
 }
 

@@ -63,6 +63,18 @@ impl Undistorter {
         &self.ideal
     }
 
+    /// Refuses a region that is empty or not inside the ideal camera's picture.
+    pub fn check_region(&self, region: &Region) -> Result<()> {
+        let Region { x, y, width, height } = *region;
+        let within =
+            |start: u32, length: u32, side: u32| length > 0 && u64::from(start) + u64::from(length) <= u64::from(side);
+        if within(x, width, self.ideal.width) && within(y, height, self.ideal.height) {
+            return Ok(());
+        }
+        let [w, h] = [self.ideal.width, self.ideal.height];
+        Err(Error::invalid("region", format!("{region:?} is not inside the {w} x {h} picture")))
+    }
+
     /// Draws a region of the ideal camera's picture.
     ///
     /// `image` is the calibrated camera's, `out` has the region's size and the image's format. Pixels
@@ -91,12 +103,8 @@ impl Undistorter {
             let [[w, h], [width, height]] = [size, self.source];
             return Err(Error::invalid("image", format!("{w} x {h} pixels, the camera's have {width} x {height}")));
         }
-        let Region { x, y, width, height } = *region;
-        let within = |start: u32, length: u32, side: u32| length > 0 && u64::from(start) + u64::from(length) <= side.into();
-        if !within(x, width, self.ideal.width) || !within(y, height, self.ideal.height) {
-            let [w, h] = [self.ideal.width, self.ideal.height];
-            return Err(Error::invalid("region", format!("{region:?} is not inside the {w} x {h} picture")));
-        }
+        self.check_region(region)?;
+        let Region { width, height, .. } = *region;
         use PixelFormat::{Bgr24, Bgra32, Gray8, Rgb24, Rgba32};
         let format = image.format();
         let plane = match (format, image.plane(0)) {

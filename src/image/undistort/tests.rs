@@ -112,7 +112,8 @@ fn positions_are_those_of_the_camera() {
 
 #[test]
 fn a_smooth_lens_takes_few_cells() {
-    let hd = Camera { width: 1920, height: 1080, intrinsics: Intrinsics::new(1000.0, 960.0, 540.0), ..camera(LENSES[1]) };
+    let hd =
+        Camera { width: 1920, height: 1080, intrinsics: Intrinsics::new(1000.0, 960.0, 540.0), ..camera(LENSES[1]) };
     let undistorter = Undistorter::new(&hd, &ideal(&hd)).unwrap();
     let cells = undistorter.bands.iter().flatten().count();
     assert!(cells <= 15 * 9 * 4, "{cells} cells");
@@ -162,7 +163,8 @@ fn vectors_and_scalars_give_the_same_bytes() {
         let (width, height) = (1 + below(if round % 3 == 0 { 40 } else { 300 }), 1 + below(200));
         let k = Intrinsics::new(f64::from(80 + below(300)), f64::from(width) / 2.0, f64::from(height) / 2.0);
         let camera = Camera { width, height, intrinsics: k, ..camera(lens) };
-        let turn = Vector3::new(f64::from(below(100)) / 400.0, f64::from(below(100)) / 400.0, f64::from(below(100)) / 100.0);
+        let turn =
+            Vector3::new(f64::from(below(100)) / 400.0, f64::from(below(100)) / 400.0, f64::from(below(100)) / 100.0);
         let turn = if round % 2 == 0 { turn * 0.1 } else { turn };
         let view = Camera {
             width: 1 + below(280),
@@ -268,9 +270,9 @@ fn the_image_of_a_straight_line_becomes_straight() {
         assert!(points.len() > 200, "{lens:?}: {}", points.len());
         let n = points.len() as f64;
         let mean = points.iter().fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
-        let (sxx, sxy) = points.iter().fold((0.0, 0.0), |(a, b), (x, y)| {
-            (a + (x - mean.0) * (x - mean.0), b + (x - mean.0) * (y - mean.1))
-        });
+        let (sxx, sxy) = points
+            .iter()
+            .fold((0.0, 0.0), |(a, b), (x, y)| (a + (x - mean.0) * (x - mean.0), b + (x - mean.0) * (y - mean.1)));
         let rms = points.iter().map(|(x, y)| (y - mean.1 - (x - mean.0) * sxy / sxx).powi(2)).sum::<f64>() / n;
         assert!(rms.sqrt() < 0.05, "{lens:?}: {}", rms.sqrt());
     }
