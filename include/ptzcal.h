@@ -1139,7 +1139,7 @@ typedef struct ptzcal_undistorter ptzcal_undistorter;
  * @param camera The calibrated camera.
  * @param keep   How much of the image's border is kept, as the alpha of OpenCV's
  *               getOptimalNewCameraMatrix. 0: the largest view whose pixels are all inside the image; 1: the
- *               smallest that holds all pixels of the image, with empty corners; between them something
+ *               smallest that holds all pixels of the image, with empty margins; between them something
  *               between.
  * @param ideal  Receives the ideal camera; set up by ptzcal_camera_init.
  * @param error  Receives the error; may be NULL.

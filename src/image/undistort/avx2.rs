@@ -73,9 +73,18 @@ impl<'a, const N: usize> Wide<'a, N> {
     #[target_feature(enable = "avx2")]
     fn row(&self, row: &CubicRow, first: usize, out: &mut [u8]) {
         let mut x = first;
+        // In this order packing two vectors into one gives the pixels in order.
+        let a = _mm256_setr_ps(0.5, 1.5, 2.5, 3.5, 8.5, 9.5, 10.5, 11.5);
+        let b = _mm256_setr_ps(4.5, 5.5, 6.5, 7.5, 12.5, 13.5, 14.5, 15.5);
+        let u = |lanes: __m256| {
+            let x = _mm256_add_ps(lanes, _mm256_set1_ps(first as f32));
+            _mm256_sub_ps(_mm256_mul_ps(x, _mm256_set1_ps(row.step)), _mm256_set1_ps(1.0))
+        };
+        // Sums of powers of two: exact, so the same as for each pixel alone.
+        let (mut u, step) = ([u(a), u(b)], _mm256_set1_ps(row.step * LANES as f32));
         let mut chunks = out.chunks_exact_mut(LANES * N);
         for out in &mut chunks {
-            let positions = self.positions(row, x);
+            let positions = self.positions(row, u);
             // SAFETY: `out` has sixteen pixels.
             if !unsafe { self.draw_inside(&positions, out) } {
                 if self.is_outside(&positions) {
@@ -85,20 +94,13 @@ impl<'a, const N: usize> Wide<'a, N> {
                 }
             }
             x += LANES;
+            u = [_mm256_add_ps(u[0], step), _mm256_add_ps(u[1], step)];
         }
         cubic_row(self.source, row, x, chunks.into_remainder());
     }
 
     #[target_feature(enable = "avx2")]
-    fn positions(&self, row: &CubicRow, first: usize) -> Positions {
-        // In this order packing two vectors into one gives the pixels in order.
-        let a = _mm256_setr_ps(0.5, 1.5, 2.5, 3.5, 8.5, 9.5, 10.5, 11.5);
-        let b = _mm256_setr_ps(4.5, 5.5, 6.5, 7.5, 12.5, 13.5, 14.5, 15.5);
-        let u = |lanes: __m256| {
-            let x = _mm256_add_ps(lanes, _mm256_set1_ps(first as i32 as f32));
-            _mm256_sub_ps(_mm256_mul_ps(x, _mm256_set1_ps(row.step)), _mm256_set1_ps(1.0))
-        };
-        let (a, b) = (u(a), u(b));
+    fn positions(&self, row: &CubicRow, [a, b]: [__m256; 2]) -> Positions {
         let cubic = |axis: usize, u: __m256, base: i32| {
             let c = |i: usize| _mm256_set1_ps(row.coefficients[4 * axis + i]);
             let step = |sum, c| _mm256_add_ps(_mm256_mul_ps(sum, u), c);
@@ -168,7 +170,6 @@ impl<'a, const N: usize> Wide<'a, N> {
         let high = start(_mm256_extract_epi16::<8>(left), _mm256_extract_epi16::<8>(top));
         let ahead = ROWS_AHEAD * self.stride as isize;
         _mm_prefetch::<_MM_HINT_T0>(low.wrapping_offset(ahead).cast());
-        _mm_prefetch::<_MM_HINT_T0>(high.wrapping_offset(ahead).cast());
         // Each pixel's byte and the next.
         let bytes = _mm256_add_epi16(_mm256_or_si256(column, _mm256_slli_epi16::<8>(column)), _mm256_set1_epi16(0x100));
         let pairs = |i: isize| {
@@ -246,11 +247,8 @@ impl<'a, const N: usize> Wide<'a, N> {
             0, 1, 0, 1, 0, 1, 0, 1, 2, 3, 2, 3, 2, 3, 2, 3, 4, 5, 4, 5, 4, 5, 4, 5, 6, 7, 6, 7, 6, 7, 6, 7,
         );
         let (top, bottom) = (self.top, self.top.wrapping_offset(self.stride as isize));
-        for offset in offsets.iter().step_by(LANES / N) {
-            _mm_prefetch::<_MM_HINT_T0>(
-                top.wrapping_offset(*offset as isize + ROWS_AHEAD * self.stride as isize).cast(),
-            );
-        }
+        let ahead = offsets[0] as isize + ROWS_AHEAD * self.stride as isize;
+        _mm_prefetch::<_MM_HINT_T0>(top.wrapping_offset(ahead).cast());
         let four = |group: usize| {
             let row = |row: *const u8| {
                 let pixel = |i: usize| {
