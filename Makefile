@@ -7,6 +7,7 @@ LIBDIR ?= $(PREFIX)/lib
 INCLUDEDIR ?= $(PREFIX)/include
 # Of the guard program of GPIO lasers: the library looks for it in ../libexec beside its own folder.
 LIBEXECDIR ?= $(PREFIX)/libexec
+MANDIR ?= $(PREFIX)/share/man
 DESTDIR ?=
 
 VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
@@ -34,7 +35,7 @@ help:
 	@echo "make accuracy   measures accuracy against bounds and truth; target/accuracy.json"
 	@echo "make fuzz       ten million random inputs for every reader of outside bytes"
 	@echo "make bench      measures speed, ours and the peers'; target/bench.json"
-	@echo "make install    installs libraries, headers, laser guard, ptzcal.pc, CMake package (PREFIX=$(PREFIX), DESTDIR=)"
+	@echo "make install    installs libraries, headers, laser guard, ptzcal.pc, CMake package, man page (PREFIX=$(PREFIX), DESTDIR=)"
 	@echo "make deb        makes Debian packages; $(DEB)"
 	@echo "make installcheck  builds the examples against what was installed, and against the packages"
 	@echo "make wheel      the Python package with the library in it; target/wheels"
@@ -65,9 +66,11 @@ accuracy: need-cargo
 	$(CARGO) run --release --example accuracy
 
 # Peers that cannot be installed are left out, and named.
-bench: need-cargo
+bench: need-cc
 	$(CARGO) bench --bench '*'
 	$(CARGO) build --release --lib
+	$${CC:-cc} -O2 -Iinclude benches/calls.c -o $(TARGET)/bench-calls -ldl
+	$(TARGET)/bench-calls $(TARGET)/release/libptzcal.so
 	@command -v $(PYTHON) >/dev/null || { echo "SKIPPED the peers: $(PYTHON) is not installed"; exit 0; }; \
 	set -e; venv="$(TARGET)/bench-venv"; \
 	[ -x "$$venv/bin/python" ] || $(PYTHON) -m venv "$$venv"; \
@@ -113,7 +116,7 @@ FILL = sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@LIBDIR@|$(LIBDIR)|' -e 's|@INCLUDED
 # What was built before, without building.
 install-files:
 	install -d $(DESTDIR)$(LIBDIR)/pkgconfig $(DESTDIR)$(LIBDIR)/cmake/ptzcal $(DESTDIR)$(INCLUDEDIR)/ptzcal \
-	  $(DESTDIR)$(LIBEXECDIR)/ptzcal
+	  $(DESTDIR)$(LIBEXECDIR)/ptzcal $(DESTDIR)$(MANDIR)/man3
 	install -m 755 $(TARGET)/release/ptzcal-laser-guard $(DESTDIR)$(LIBEXECDIR)/ptzcal/ptzcal-laser-guard
 	install -m 755 $(TARGET)/release/libptzcal.so $(DESTDIR)$(LIBDIR)/libptzcal.so.$(ABI).$(VERSION)
 	@command -v $(STRIP) >/dev/null && $(STRIP) --strip-unneeded $(DESTDIR)$(LIBDIR)/libptzcal.so.$(ABI).$(VERSION) \
@@ -123,6 +126,7 @@ install-files:
 	install -m 644 $(TARGET)/archive/release/libptzcal.a $(DESTDIR)$(LIBDIR)/libptzcal.a
 	install -m 644 include/ptzcal.h bindings/cpp/ptzcal.hpp $(DESTDIR)$(INCLUDEDIR)
 	install -m 644 bindings/cpp/ptzcal/*.hpp $(DESTDIR)$(INCLUDEDIR)/ptzcal
+	install -m 644 docs/ptzcal.3 $(DESTDIR)$(MANDIR)/man3
 	@$(FILL) packaging/ptzcal.pc.in > $(DESTDIR)$(LIBDIR)/pkgconfig/ptzcal.pc
 	@for file in ptzcalConfig.cmake ptzcalConfigVersion.cmake; do \
 	  $(FILL) packaging/$$file.in > $(DESTDIR)$(LIBDIR)/cmake/ptzcal/$$file; \

@@ -9,6 +9,14 @@ set -eu
 libdir=$1 includedir=$2 examples=$3 work=$4 root=${5:-}
 cc=${CC:-cc} cxx=${CXX:-c++}
 
+# Seconds since the last time; the first hour with a library begins with these.
+mark=$(date +%s%N)
+seconds() {
+    now=$(date +%s%N)
+    awk "BEGIN { printf \"%.1f s\", ($now - $mark) / 1e9 }"
+    mark=$now
+}
+
 # What a program of C and one of C++ say when all is well.
 try() {
     "./$1" >"$1.out" || { cat "$1.out"; echo "check: $1 failed"; exit 1; }
@@ -35,10 +43,13 @@ size=$(wc -c <"$library")
 
 if command -v pkg-config >/dev/null; then
     export PKG_CONFIG_LIBDIR="$root$libdir/pkgconfig" PKG_CONFIG_SYSROOT_DIR="$root"
+    seconds >/dev/null
     $cc calibrate_fixed_camera.c $(pkg-config --cflags --libs ptzcal) -lm -o c
     try c 'fixed camera: f 8'
+    echo "check: the C example built and ran in $(seconds)"
     $cxx -std=c++17 calibrate_fixed_camera.cpp $(pkg-config --cflags --libs ptzcal) -o cpp
     try cpp 'fixed camera: f 8'
+    echo "check: the C++ example built and ran in $(seconds)"
     system=$(sed -n 's/^Libs.private: //p' "$PKG_CONFIG_LIBDIR/ptzcal.pc")
     $cc calibrate_fixed_camera.c $(pkg-config --cflags ptzcal) "$root$libdir/libptzcal.a" $system -o archive
     LD_LIBRARY_PATH= try archive 'fixed camera: f 8'
@@ -85,4 +96,7 @@ CMAKE
 else
     echo "SKIPPED find_package(ptzcal): cmake is not installed"
 fi
-[ -f "$root$includedir/ptzcal.hpp" ] && [ -f "$root$includedir/ptzcal/opencv.hpp" ] || { echo "check: headers are missing"; exit 1; }
+for file in "$includedir/ptzcal.hpp" "$includedir/ptzcal/opencv.hpp" "${libdir%/lib*}/share/man/man3/ptzcal.3*"; do
+    # Unquoted: a package's man page ends with .gz.
+    ls $root$file >/dev/null || { echo "check: $file is missing"; exit 1; }
+done

@@ -15,6 +15,7 @@ case $wheel in
 *-py3-none-manylinux_2_*) ;;
 *) echo "check: $wheel is not for every Python 3 and Linux"; exit 1 ;;
 esac
+began=$(date +%s%N)
 $pip install "$wheel"
 cp "$examples/python/scan_simulator.py" "$work/user"
 cd "$work/user"
@@ -23,4 +24,5 @@ env -u PTZCAL_LIBRARY -u PYTHONPATH "$work/venv/bin/python" scan_simulator.py 12
 grep -q 'centre within' out || { cat out; echo "check: the example does not say what it should"; exit 1; }
 guard=$("$work/venv/bin/python" -c 'import ptzcal, pathlib; print(pathlib.Path(ptzcal.__file__).parent / "ptzcal-laser-guard")')
 [ -x "$guard" ] || { echo "check: the wheel has no laser guard that can be run"; exit 1; }
-echo "check: $(basename "$wheel") works from an empty folder ($(wc -c <"$wheel") bytes)"
+seconds=$(awk "BEGIN { printf \"%.1f\", ($(date +%s%N) - $began) / 1e9 }")
+echo "check: $(basename "$wheel") ($(wc -c <"$wheel") bytes) was installed and its example run in $seconds s"

@@ -39,7 +39,13 @@ mkdir -p "$runtime$libdir" "$runtime/DEBIAN" "$dev"
 cp -a "$tree/usr" "$dev/"
 mv "$dev$libdir/libptzcal.so.$abi" "$dev$libdir/libptzcal.so.$abi.$version" "$runtime$libdir/"
 mv "$dev/usr/libexec" "$runtime/usr/"
+gzip -9n "$dev/usr/share/man/man3/ptzcal.3"
 printf 'libptzcal %s libptzcal%s (>= %s)\n' "$abi" "$abi" "$version" >"$runtime/DEBIAN/shlibs"
+# Programs then depend on the version that has all they use, not on the one they were built with.
+{
+    printf 'libptzcal.so.%s libptzcal%s #MINVER#\n' "$abi" "$abi"
+    sed -n 's/^\(ptzcal_[a-z0-9_]*\) \(.*\)/ \1@Base \2/p' "$here/tests/abi/exports.txt"
+} >"$runtime/DEBIAN/symbols"
 printf 'activate-noawait ldconfig\n' >"$runtime/DEBIAN/triggers"
 
 # The C library that it was built with, at least: the newest symbol version that it asks for.

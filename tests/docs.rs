@@ -50,3 +50,30 @@ fn the_manual_builds_without_a_warning() {
         assert!(folder.path().join("html").join(page).exists(), "{page}");
     }
 }
+
+/// A name in the man page that the header does not have would be looked for in vain.
+#[test]
+fn the_man_page_names_what_there_is() {
+    let header = fs::read_to_string(root().join("include/ptzcal.h")).unwrap();
+    let page = fs::read_to_string(root().join("docs/ptzcal.3")).unwrap();
+    let names: Vec<&str> = page
+        .split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'))
+        .filter(|word| word.starts_with("ptzcal_") || word.starts_with("PTZCAL_STATUS"))
+        .collect();
+    assert!(names.len() > 20);
+    for name in names {
+        let found =
+            header.match_indices(name).any(|(i, _)| !header[i + name.len()..].starts_with(char::is_alphanumeric));
+        assert!(found, "{name} is not in the header");
+    }
+}
+
+#[test]
+fn the_man_page_has_no_error() {
+    let Ok(output) = Command::new("groff").args(["-mdoc", "-Tutf8", "-ww"]).arg(root().join("docs/ptzcal.3")).output()
+    else {
+        println!("SKIPPED the man page: groff is not installed");
+        return;
+    };
+    assert!(output.status.success() && output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+}

@@ -92,10 +92,13 @@ fn example_detects_a_spot() {
 }
 
 #[test]
-fn plots() {
+fn plots_and_images_of_pillow() {
     let Some(python) = environment("plots-venv", &["numpy", "matplotlib"], "numpy, matplotlib") else { return };
-    let text = run_by(&python, &["-m", "unittest", "discover", "-s", "bindings/python/tests", "-p", "test_plots.py"]);
-    assert!(text.contains("\nOK\n"), "{text}");
+    // Pillow comes with matplotlib.
+    for tests in ["test_plots.py", "test_images.py"] {
+        let text = run_by(&python, &["-m", "unittest", "discover", "-s", "bindings/python/tests", "-p", tests]);
+        assert!(text.contains("\nOK\n"), "{text}");
+    }
 }
 
 #[test]

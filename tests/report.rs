@@ -1,8 +1,12 @@
 //! Reports: what they say is what was found, and they fit a telephone and paper (in a real browser, where
 //! one is installed).
 
+#[path = "support/boards.rs"]
+mod boards;
 #[path = "support/data.rs"]
 mod data;
+#[path = "support/thesis.rs"]
+mod thesis;
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -11,10 +15,11 @@ use std::process::Command;
 
 use nalgebra::Vector3;
 use ptzcal::adjust::{AdjustOptions, Adjustment, CameraSetup, Station, adjust};
-use ptzcal::calibrate::{CalibrationOptions, DistortionModel, calibrate_camera};
+use ptzcal::calibrate::{CalibrationOptions, DistortionModel, calibrate_camera, calibrate_from_boards};
 use ptzcal::control::Log;
 use ptzcal::device::{Frame, FrameSource};
 use ptzcal::error::Status;
+use ptzcal::geometry::Distortion;
 use ptzcal::report::Report;
 use ptzcal::rig::{FixedCamera, Rig, RigOptions, RigParts, ScanOptions, ScanRegion, scan_region};
 use ptzcal::sim::{SimOptions, Simulator};
@@ -56,6 +61,9 @@ fn report() -> Report {
     report.add_scan("first scan", &scan).unwrap();
     report.add_survey("survey", &adjusted).unwrap();
     report.add_input("nothing", b"").unwrap();
+    let set_of_boards = views();
+    let of_boards = calibrate_from_boards(&set_of_boards, &options).unwrap();
+    report.add_board_calibration("head camera", &of_boards, &set_of_boards).unwrap();
     let html = report.to_html();
     // What is written is what was found.
     let place = |text: &str| html.split(text).nth(1).unwrap_or_else(|| panic!("no {text}"));
@@ -68,10 +76,19 @@ fn report() -> Report {
     assert!((cell("position z") - calibration.camera.centre().z).abs() < 1e-3);
     let used = calibration.inliers.iter().filter(|i| **i).count();
     assert!(html.contains(&format!("{used} of {} measurements were used", set.len())));
+    assert!(
+        html.contains(&format!("of {} measurements were used", 225 * 12)) && html.contains("12 of 12 views were used")
+    );
     let seen = scan.counts();
     assert!(html.contains(&format!("<td>head</td><td class=\"n\">{}</td>", seen.head)));
     assert!(html.contains(&format!("<td>fixed 0</td><td class=\"n\">{}</td>", seen.fixed[0])));
     report
+}
+
+/// Twelve views of a board by a lens.
+fn views() -> ptzcal::calibrate::Boards {
+    let camera = boards::head(Distortion::BrownConrady([-0.2, 0.05, 0.0, 0.0, 0.0]));
+    boards::with_spots(&camera, &boards::poses(12, 1.0, 4.0), 0.2, &mut thesis::Noise::new(4))
 }
 
 #[test]

@@ -235,4 +235,33 @@ mod tests {
         record.calibration.as_mut().unwrap().inputs.as_mut().unwrap().observations.pop();
         assert_eq!(model_json::to_json(&record).unwrap_err().status(), Status::InvalidArgument);
     }
+
+    #[test]
+    fn fuzz_calibration_files() {
+        use crate::fuzz::{Random, fuzz_inputs, mutated};
+        let (set, _) = mixed();
+        let options = CalibrationOptions::default();
+        let first = calibrate_camera(&set, &options).unwrap();
+        let text = model_json::to_json(&first.record(Some(inputs_record(&set, &options)))).unwrap();
+        let mut random = Random(3);
+        let (mut read, mut refused) = (0, 0u64);
+        // A file takes some hundred times as long as a packet.
+        for _ in 0..fuzz_inputs() / 50 {
+            match model_json::from_json(&mutated(text.as_bytes(), &mut random), "file") {
+                Ok(record) => {
+                    read += 1;
+                    assert!(record.camera.validate().is_ok());
+                    let c = record.calibration.as_ref().unwrap();
+                    assert!(c.covariance.iter().chain(c.residuals.iter().flatten()).all(|v| v.is_finite()));
+                    // A changed number may be one that no set takes: that is an error too, never a panic.
+                    let _ = inputs_of(&record);
+                }
+                Err(e) => {
+                    refused += 1;
+                    assert!(matches!(e.status(), Status::FileFormat | Status::FileVersion), "{e}");
+                }
+            }
+        }
+        assert!(read > fuzz_inputs() / 5000 && refused > fuzz_inputs() / 200, "{read} {refused}");
+    }
 }

@@ -32,7 +32,7 @@ impl Handle for ptzcal_boards {
 
 /// A camera calibrated from boards. Immutable: any number of threads may read it.
 pub struct ptzcal_board_calibration {
-    result: BoardCalibration,
+    pub(super) result: BoardCalibration,
     advice: CString,
 }
 

@@ -8,6 +8,7 @@ use std::ffi::c_char;
 
 use super::adjusted::ptzcal_adjusted;
 use super::args::{BufferOut, array, string, vectors};
+use super::boards::{ptzcal_board_calibration, ptzcal_boards};
 use super::calibrate::ptzcal_calibration;
 use super::call::{ErrorOut, guard, guard_or};
 use super::correspondences::ptzcal_correspondences;
@@ -148,6 +149,38 @@ pub unsafe extern "C" fn ptzcal_report_add_calibration(
         let set = set.map(|set| set.0.read(ptzcal_correspondences::NAME)).transpose()?;
         let mut report = report.0.write(ptzcal_report::NAME)?;
         report.add_calibration(name, &calibration.answer, set.as_deref(), picture.as_ref())
+    })
+}
+
+/// Adds a camera calibrated from boards: parameters with standard deviations, warnings in words, drawings
+/// of its corners and residuals, every view, and what to add to make it better.
+///
+/// @param report      The report.
+/// @param name        The camera's name, UTF-8.
+/// @param calibration The calibration.
+/// @param boards      What it was calibrated from.
+/// @param error       Receives the error; may be NULL.
+/// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for boards of another calibration and a report
+///         beyond 256 MB; PTZCAL_STATUS_BUSY.
+///
+/// Threads: exclusive.
+/// Since 0.1.0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ptzcal_report_add_board_calibration(
+    report: *mut ptzcal_report,
+    name: *const c_char,
+    calibration: *const ptzcal_board_calibration,
+    boards: *const ptzcal_boards,
+    error: *mut *mut ptzcal_error,
+) -> ptzcal_status {
+    // SAFETY: the caller keeps the header's rules for pointers.
+    let error = unsafe { ErrorOut::new(error) };
+    guard(error, || {
+        // SAFETY: the caller keeps the header's rules for pointers.
+        let (report, name, calibration, boards) =
+            unsafe { (borrow(report)?, string(name, "name")?, borrow(calibration)?, borrow(boards)?) };
+        let boards = boards.0.read(ptzcal_boards::NAME)?;
+        report.0.write(ptzcal_report::NAME)?.add_board_calibration(name, &calibration.result, &boards)
     })
 }
 

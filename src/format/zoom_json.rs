@@ -125,3 +125,39 @@ impl TryFrom<FileSchema> for ZoomCurve {
         ZoomCurve::new([file.image_width, file.image_height], nodes, covariance).map_err(|e| e.to_string())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Status;
+    use crate::fuzz::{Random, fuzz_inputs, mutated};
+
+    #[test]
+    fn fuzz_zoom_curves() {
+        let node = |zoom: f64| ZoomNode {
+            zoom,
+            intrinsics: Intrinsics::new(700.0 + 300.0 * zoom, 360.0, 288.0),
+            distortion: Distortion::None,
+            laser: LaserLine { x0: 0.1, y0: 0.005, vx: -0.005, vy: 0.003 },
+        };
+        let curve = ZoomCurve::new([720, 576], vec![node(1.0), node(2.0)], DMatrix::identity(18, 18)).unwrap();
+        let text = to_json(&curve).unwrap();
+        assert_eq!(from_json(text.as_bytes(), "file").unwrap(), curve);
+        let mut random = Random(5);
+        let (mut read, mut refused) = (0, 0u64);
+        for _ in 0..fuzz_inputs() / 20 {
+            match from_json(&mutated(text.as_bytes(), &mut random), "file") {
+                Ok(curve) => {
+                    read += 1;
+                    let [low, high] = curve.range();
+                    assert!(curve.at(0.5 * low + 0.5 * high).is_ok());
+                }
+                Err(e) => {
+                    refused += 1;
+                    assert!(matches!(e.status(), Status::FileFormat | Status::FileVersion), "{e}");
+                }
+            }
+        }
+        assert!(read > fuzz_inputs() / 2000 && refused > fuzz_inputs() / 200, "{read} {refused}");
+    }
+}

@@ -27,8 +27,8 @@ const ASIDE: f64 = 0.3;
 pub struct Summary {
     pub name: String,
     focal: [String; 2],
-    /// Standard deviation of the centre's worst direction, metres.
-    place: f64,
+    /// Standard deviation of the centre's worst direction, metres; `None` without a pose.
+    place: Option<f64>,
     rms: f64,
     used: usize,
     all: usize,
@@ -45,7 +45,7 @@ pub fn summaries(page: &mut Page, cameras: &[Summary]) {
         vec![
             escape(&c.name),
             format!("{} &plusmn; {}", c.focal[0], c.focal[1]),
-            number(1e3 * c.place),
+            c.place.map_or_else(|| "&ndash;".to_owned(), |sigma| number(1e3 * sigma)),
             format!("{:.3}", c.rms),
             format!("{} of {}", c.used, c.all),
             well,
@@ -94,8 +94,8 @@ pub fn section(
     }
     html += "</div></section>\n";
     let covariance = &calibration.covariance;
-    let worst = covariance.nrows().checked_sub(3).map(|at| covariance.fixed_view::<3, 3>(at, at).into_owned());
-    let place = worst.map_or(f64::NAN, |c| largest(&c));
+    let at = covariance.nrows().checked_sub(3).filter(|_| has_pose(calibration));
+    let place = at.map(|at| largest(&covariance.fixed_view::<3, 3>(at, at).into_owned()));
     let focal = measured(calibration.camera.intrinsics.fx, sigma(calibration, 0));
     let summary =
         Summary { name: name.to_owned(), focal, place, rms: calibration.rms, used, all, warnings: warnings.len() };
@@ -135,6 +135,11 @@ fn percentile(values: &[f64], share: f64) -> Option<f64> {
 fn sentence_case(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// A camera calibrated from boards alone has none: its covariance is zero there.
+fn has_pose(calibration: &Calibration) -> bool {
+    (0..6).any(|i| calibration.covariance.nrows().checked_sub(6 - i).is_some_and(|at| sigma(calibration, at) != 0.0))
 }
 
 fn sigma(calibration: &Calibration, i: usize) -> f64 {
@@ -182,8 +187,11 @@ fn parameters(calibration: &Calibration) -> String {
     for (i, axis) in ["x", "y", "z"].into_iter().enumerate() {
         row(&format!("position {axis}"), centre[i], sigma(calibration, pose + 3 + i), "m");
     }
-    table(&["", "estimate", "standard deviation", "unit"], &rows, 1)
-        + "<p>The rotation is a vector, world to camera; the position is the camera's centre in the world.</p>\n"
+    let table = table(&["", "estimate", "standard deviation", "unit"], &rows, 1);
+    if !has_pose(calibration) {
+        return table;
+    }
+    table + "<p>The rotation is a vector, world to camera; the position is the camera's centre in the world.</p>\n"
 }
 
 fn figures(calibration: &Calibration, seen: &Seen, picture: Option<&ImageView<'_>>) -> Result<String> {
@@ -287,6 +295,13 @@ fn across(calibration: &Calibration, seen: &Seen) -> String {
     let mut ranges: Vec<f64> = seen.used().filter_map(|p| p.world).map(|x| (x - centre).norm()).collect();
     ranges.sort_by(f64::total_cmp);
     let Some(range) = percentile(&ranges, 0.5) else { return String::new() };
+    let title = format!("Standard deviation of a click's place at {} m (mm)", number((100.0 * range).round() / 100.0));
+    let caption = "Across the ray, in its worst direction, by what is not known of the camera; the noise of the click itself is not in it.";
+    uncertainty(calibration, range, title, caption)
+}
+
+/// A map over the image of the standard deviation across a pixel's ray at a range, thousandths of its unit.
+pub fn uncertainty(calibration: &Calibration, range: f64, title: String, caption: &str) -> String {
     let middle = |k: usize, n: usize, size: u32| (k as f64 + 0.5) / n as f64 * f64::from(size) - 0.5;
     let value = |x: f64, y: f64| {
         let ray = calibration.back_project(&Vector2::new(x, y), None).ok()?;
@@ -299,14 +314,6 @@ fn across(calibration: &Calibration, seen: &Seen) -> String {
     // From the bottom up, as axes go, with the image's own rows written beside.
     let y: Vec<f64> = (0..CELLS[1]).rev().map(|j| middle(j, CELLS[1], height)).collect();
     let values = y.iter().map(|y| x.iter().map(|x| value(*x, *y).unwrap_or(f64::NAN)).collect()).collect();
-    let map = HeatMap {
-        title: format!("Standard deviation of a click's place at {} m (mm)", number((100.0 * range).round() / 100.0)),
-        x_label: "pixel, right".into(),
-        y_label: "pixel, down".into(),
-        x,
-        y,
-        values,
-    };
-    let caption = "Across the ray, in its worst direction, by what is not known of the camera; the noise of the click itself is not in it.";
+    let map = HeatMap { title, x_label: "pixel, right".into(), y_label: "pixel, down".into(), x, y, values };
     figure(&map.to_compact_svg(), caption)
 }

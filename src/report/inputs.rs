@@ -4,7 +4,7 @@ use sha2::{Digest, Sha256};
 
 use super::page::{Page, counted, escape, table};
 use crate::adjust::Adjusted;
-use crate::calibrate::{Correspondences, Observation};
+use crate::calibrate::{Boards, Correspondences, Observation};
 use crate::rig::{Scan, Sighting};
 
 /// Something that went in.
@@ -81,6 +81,23 @@ pub fn of_set(name: &str, set: &Correspondences) -> Input {
 fn optional<'a, I: IntoIterator<Item = &'a f64>>(hash: &mut Hash, values: Option<I>) {
     hash.number(f64::from(u8::from(values.is_some())));
     values.into_iter().for_each(|v| hash.numbers(v));
+}
+
+/// The image size and the bending allowed, then each view: how many corners, their places on the board,
+/// pixels and covariances, and the laser's spot.
+pub fn of_boards(name: &str, boards: &Boards) -> Input {
+    let mut hash = Hash::default();
+    hash.numbers(&[f64::from(boards.width()), f64::from(boards.height()), boards.bending()]);
+    for view in boards.views() {
+        hash.number(view.corners().len() as f64);
+        for corner in view.corners() {
+            hash.numbers(corner.board.iter().chain(&corner.pixel));
+            optional(&mut hash, corner.pixel_covariance.as_ref());
+        }
+        optional(&mut hash, view.spot().map(|s| &s.pixel));
+        optional(&mut hash, view.spot().and_then(|s| s.pixel_covariance.as_ref()));
+    }
+    Input { name: name.to_owned(), kind: counted(boards.views().len(), "view"), hash: hash.finish() }
 }
 
 /// The region, the rig model's numbers as the shots' points hold them, and every shot: its index,

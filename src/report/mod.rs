@@ -4,6 +4,7 @@
 //! The file needs nothing else: pictures are inside, there are no scripts, and it prints on paper as it
 //! looks on a telephone. The same input makes the same bytes: no clock is read.
 
+mod boards;
 mod camera;
 mod image_plane;
 mod inputs;
@@ -18,7 +19,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use crate::adjust::Adjusted;
-use crate::calibrate::{Calibration, Correspondences};
+use crate::calibrate::{BoardCalibration, Boards, Calibration, Correspondences};
 use crate::error::{Error, Result};
 use crate::format::write_atomically;
 use crate::geometry::Rigid;
@@ -107,6 +108,23 @@ impl Report {
             self.inputs.push(inputs::of_set(name, set));
         }
         self.sections.push(section);
+        self.cameras.push(summary);
+        Ok(())
+    }
+
+    /// A camera calibrated from boards, with its views. It has no pose in the world, so the view from above
+    /// does not show it.
+    ///
+    /// # Errors
+    /// `InvalidArgument` for boards of another calibration.
+    pub fn add_board_calibration(&mut self, name: &str, found: &BoardCalibration, boards: &Boards) -> Result<()> {
+        text("name", name)?;
+        let seen = seen::of_boards(found, boards)?;
+        let (camera, summary) = camera::section(name, &found.calibration, Some(&seen), None)?;
+        let views = boards::section(name, found);
+        self.room(camera.len() + views.len())?;
+        self.inputs.push(inputs::of_boards(name, boards));
+        self.sections.extend([camera, views]);
         self.cameras.push(summary);
         Ok(())
     }

@@ -13,7 +13,7 @@ h3{margin:1.2em 0 .3em}.made{color:#555;margin-top:0}\
 th,td{padding:3px 12px 3px 0;text-align:left;vertical-align:top;border-bottom:1px solid #ddd}\
 td.n,th.n{text-align:right;white-space:nowrap}\
 .good{border-left:6px solid #009e73;padding-left:10px}.doubt{border-left:6px solid #d55e00;padding-left:10px}\
-.figures{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,330px),1fr));gap:20px}\
+.figures{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,330px),1fr));gap:20px}\
 figure{margin:0;break-inside:avoid}figure.full{grid-column:1/-1}figure svg{width:100%;height:auto;display:block}\
 figure.full svg{max-width:640px}\
 figcaption{font-size:.88em;color:#333;margin-top:4px}code{font-size:.82em;overflow-wrap:anywhere}\

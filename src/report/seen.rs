@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::adjust::Adjusted;
-use crate::calibrate::{Calibration, Correspondences, Observation};
+use crate::calibrate::{BoardCalibration, Boards, Calibration, Correspondences, Observation};
 use crate::error::{Error, Result};
 
 /// A point that the camera saw.
@@ -76,6 +76,30 @@ pub fn of_set(calibration: &Calibration, set: &Correspondences) -> Result<Seen> 
         }
     }
     Ok(seen)
+}
+
+/// All corners of all boards. Their places in space are the boards', of which the lens does not depend
+/// on depths as a camera in a room does: they are left out.
+///
+/// # Errors
+/// `InvalidArgument` for boards that are not the calibration's.
+pub fn of_boards(found: &BoardCalibration, boards: &Boards) -> Result<Seen> {
+    let calibration = &found.calibration;
+    let corners = boards.views().iter().flat_map(|v| v.corners());
+    let count = corners.clone().count();
+    if count != calibration.residuals.len() || boards.views().len() != found.views.len() {
+        let reason = format!(
+            "{count} corners in {} views, the calibration has {} in {}",
+            boards.views().len(),
+            calibration.residuals.len(),
+            found.views.len()
+        );
+        return Err(Error::invalid("boards", reason));
+    }
+    let points = corners.zip(&calibration.residuals).zip(&calibration.inliers);
+    let points =
+        points.map(|((c, residual), used)| SeenPoint { pixel: c.pixel, world: None, residual: *residual, used: *used });
+    Ok(Seen { points: points.collect(), lines: Vec::new() })
 }
 
 /// The sightings of one camera of a survey.

@@ -11938,6 +11938,27 @@ ptzcal_status ptzcal_report_add_calibration(ptzcal_report *report,
                                             ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /**
+ * Adds a camera calibrated from boards: parameters with standard deviations, warnings in words, drawings
+ * of its corners and residuals, every view, and what to add to make it better.
+ *
+ * @param report      The report.
+ * @param name        The camera's name, UTF-8.
+ * @param calibration The calibration.
+ * @param boards      What it was calibrated from.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for boards of another calibration and a report
+ *         beyond 256 MB; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_report_add_board_calibration(ptzcal_report *report,
+                                                  const char *name,
+                                                  const ptzcal_board_calibration *calibration,
+                                                  const ptzcal_boards *boards,
+                                                  ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
  * Adds a scan: positions, who saw each spot and why not, depths.
  *
  * @param report The report.

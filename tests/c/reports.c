@@ -43,6 +43,7 @@ static void made(void)
   CHECK_OK(ptzcal_report_add_note(report, "Measured by <nobody>.", NULL));
   CHECK_OK(ptzcal_report_add_calibration(report, "gate", fixture_calibration, fixture_correspondences, &image, NULL));
   CHECK_OK(ptzcal_report_add_calibration(report, "bare", fixture_calibration, NULL, NULL, NULL));
+  CHECK_OK(ptzcal_report_add_board_calibration(report, "head", fixture_board_calibration, fixture_boards, NULL));
   CHECK_OK(ptzcal_report_add_scan(report, "first scan", fixture_scan, NULL));
   CHECK_OK(ptzcal_report_add_adjusted(report, "survey", fixture_adjusted, NULL));
   CHECK_OK(ptzcal_report_add_input(report, "nothing", NULL, 0, NULL));
@@ -53,6 +54,7 @@ static void made(void)
   CHECK(strncmp(text, "<!DOCTYPE html>", 15) == 0);
   CHECK(strstr(text, "Hall &lt;1&gt; &amp; &quot;2&quot;") != NULL && strstr(text, "<nobody>") == NULL);
   CHECK(pieces(text, "data:image/jpeg;base64,") == 1);
+  CHECK(pieces(text, "<h2>head</h2>") == 1 && pieces(text, "<h2>head: views</h2>") == 1);
   CHECK(pieces(text, "<h2>gate</h2>") == 1 && pieces(text, "<h2>survey, camera 1</h2>") == 1);
   /* FIPS 180-4's own examples. */
   CHECK(strstr(text, "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855") != NULL);
@@ -72,6 +74,7 @@ static void refused(void)
   static uint8_t pixels[8];
   ptzcal_report *report = fixture_report, *never;
   ptzcal_correspondences *other;
+  ptzcal_boards *others;
   ptzcal_image image;
   ptzcal_error *error = NULL;
   CHECK_STATUS(PTZCAL_STATUS_NULL_POINTER, ptzcal_report_new(NULL, &never, NULL));
@@ -85,6 +88,12 @@ static void refused(void)
   CHECK(strstr(ptzcal_error_message(error), "0 measurements") != NULL);
   ptzcal_error_free(error);
   ptzcal_correspondences_free(other);
+  CHECK_OK(ptzcal_boards_new(640, 480, &others, NULL));
+  CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT,
+               ptzcal_report_add_board_calibration(report, "x", fixture_board_calibration, others, &error));
+  CHECK(strstr(ptzcal_error_message(error), "0 corners in 0 views") != NULL);
+  ptzcal_error_free(error);
+  ptzcal_boards_free(others);
   make_image(&image, pixels, 4, 2);
   CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT,
                ptzcal_report_add_calibration(report, "x", fixture_calibration, fixture_correspondences, &image, &error));

@@ -45,6 +45,46 @@ fn the_c_example_turns_the_head_to_a_click() {
     }
 }
 
+#[test]
+fn the_c_example_ties_two_stations() {
+    let folder = tempfile::tempdir().unwrap();
+    let program = compile(&root().join("examples/c/survey_two_stations.c"), folder.path(), Link::Shared, &[]);
+    let said = text(&run(Command::new(program).current_dir(folder.path())));
+    let line = said.lines().find(|l| l.contains("B is at (")).unwrap_or_else(|| panic!("{said}"));
+    let numbers = line.split("B is at (").nth(1).unwrap().split([',', ')', ' ']).filter_map(|n| n.parse::<f64>().ok());
+    let found: Vec<f64> = numbers.collect();
+    let truth = |address: &str| {
+        let options = ptzcal::sim::SimOptions::parse(address).unwrap();
+        ptzcal::sim::Simulator::new(options).unwrap().truth().station
+    };
+    let [a, b] = ["sim:room?station=1", "sim:room?station=2"].map(truth);
+    let expected = a.apply(&b.centre());
+    let off = (expected - nalgebra::Vector3::new(found[0], found[1], found[2])).norm();
+    let sigma = 1e-3 * found[3];
+    assert!(off < 3.0 * sigma && sigma < 0.01, "{line}: {expected}");
+    for file in ["room.ply", "room.glb"] {
+        assert!(folder.path().join(file).metadata().unwrap().len() > 10_000);
+    }
+}
+
+#[test]
+fn the_c_example_makes_a_precision_label() {
+    let folder = tempfile::tempdir().unwrap();
+    let program = compile(&root().join("examples/c/precision_label.c"), folder.path(), Link::Shared, &[]);
+    let said = text(&run(Command::new(program).current_dir(folder.path())));
+    assert!(said.starts_with("5 mm at 0.2 px: a grid of"), "{said}");
+    // The closed form says what the simulation finds.
+    for row in said.lines().skip(2) {
+        let numbers: Vec<f64> =
+            row.split_whitespace().filter_map(|n| n.trim_matches(['(', ')']).parse().ok()).collect();
+        let [.., simulated, expected] = numbers[..] else { panic!("{row}") };
+        assert!((simulated / expected - 1.0).abs() < 0.25, "{row}");
+    }
+    for file in ["label.csv", "label.svg"] {
+        assert!(folder.path().join(file).metadata().unwrap().len() > 500);
+    }
+}
+
 /// Code in the guide is code of an example that is built and run.
 #[test]
 fn the_guide_shows_what_is_tested() {

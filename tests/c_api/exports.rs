@@ -1,6 +1,6 @@
 //! The exported symbols: the shared library, the header and tests/abi/exports.txt agree.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::process::Command;
 
@@ -9,13 +9,19 @@ use super::tools::{has, library, root, run, text};
 
 type Names = BTreeSet<String>;
 
-fn declared() -> Names {
-    declarations::read().functions.into_iter().map(|f| f.name).collect()
+/// Names, and the versions that their comments say.
+fn declared() -> BTreeMap<String, String> {
+    declarations::read().functions.iter().map(|f| owned((&f.name, f.since()))).collect()
 }
 
-fn listed() -> Names {
+fn listed() -> BTreeMap<String, String> {
     let list = fs::read_to_string(root().join("tests/abi/exports.txt")).unwrap();
-    list.lines().filter(|l| !l.starts_with('#')).map(str::to_owned).collect()
+    let lines = list.lines().filter(|l| !l.starts_with('#'));
+    lines.map(|l| l.split_once(' ').unwrap_or_else(|| panic!("{l}: since when?"))).map(owned).collect()
+}
+
+fn owned((name, version): (&str, &str)) -> (String, String) {
+    (name.to_owned(), version.to_owned())
 }
 
 /// A name that leaves the list breaks programs; a new one is added by hand, so that nothing is
@@ -33,7 +39,8 @@ fn the_library_exports_the_listed_functions() {
     let symbols =
         text(&run(Command::new("nm").args(["-D", "--defined-only", "--format=posix"]).arg(library().shared())));
     let exported: Names = symbols.lines().map(|l| l.split(' ').next().unwrap().to_owned()).collect();
-    assert_eq!(exported, listed(), "libptzcal.so (left), tests/abi/exports.txt (right)");
+    let listed: Names = listed().into_keys().collect();
+    assert_eq!(exported, listed, "libptzcal.so (left), tests/abi/exports.txt (right)");
 }
 
 #[test]

@@ -3158,6 +3158,15 @@ class report : public detail::handle<ptzcal_report, ptzcal_report_free> {
       ptzcal::optional_ref<ptzcal::correspondences> set = {},
       ptzcal::optional_ref<ptzcal_image> picture = {});
 
+  // Adds a camera calibrated from boards: parameters with standard deviations, warnings in words,
+  // drawings of its corners and residuals, every view, and what to add to make it better.
+  //   name: The camera's name, UTF-8.
+  //   calibration: The calibration.
+  //   boards: What it was calibrated from.
+  // C: ptzcal_report_add_board_calibration
+  outcome<void> add_board_calibration(ptzcal::c_string name, const ptzcal::board_calibration &calibration,
+      const ptzcal::boards &boards);
+
   // Adds a scan: positions, who saw each spot and why not, depths.
   //   name: The scan's name, UTF-8.
   //   scan: The scan.
@@ -7483,6 +7492,15 @@ inline outcome<void> report::add_calibration(ptzcal::c_string name, const ptzcal
   detail::call call_;
   const auto code_ = ptzcal_report_add_calibration(get(), name.get(), calibration.get(), detail::pointer(set),
       picture.get(), call_.error());
+  return call_.finish(code_);
+}
+
+inline outcome<void> report::add_board_calibration(ptzcal::c_string name,
+    const ptzcal::board_calibration &calibration, const ptzcal::boards &boards)
+{
+  detail::call call_;
+  const auto code_ = ptzcal_report_add_board_calibration(get(), name.get(), calibration.get(), boards.get(),
+      call_.error());
   return call_.finish(code_);
 }
 

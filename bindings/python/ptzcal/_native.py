@@ -694,6 +694,7 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_report_set_up": (_status, _handle, _array, _error_out),
     "ptzcal_report_add_note": (_status, _handle, c_char_p, _error_out),
     "ptzcal_report_add_calibration": (_status, _handle, c_char_p, _handle, _handle, _image, _error_out),
+    "ptzcal_report_add_board_calibration": (_status, _handle, c_char_p, _handle, _handle, _error_out),
     "ptzcal_report_add_scan": (_status, _handle, c_char_p, _handle, _error_out),
     "ptzcal_report_add_adjusted": (_status, _handle, c_char_p, _handle, _error_out),
     "ptzcal_report_add_input": (_status, _handle, c_char_p, _array, c_size_t, _error_out),

@@ -33,6 +33,7 @@ _PACKED = {
     PixelFormat.BGRA32: 4,
     PixelFormat.YUYV: 2,
 }
+_PILLOW = {"L": PixelFormat.GRAY8, "RGB": PixelFormat.RGB24, "RGBA": PixelFormat.RGBA32}
 _GUESSES = {1: PixelFormat.GRAY8, 3: PixelFormat.BGR24, 4: PixelFormat.BGRA32}
 
 Image = Union[np.ndarray, Tuple[np.ndarray, ...]]
@@ -41,7 +42,8 @@ Image = Union[np.ndarray, Tuple[np.ndarray, ...]]
 gray8 (h, w); rgb24, bgr24 (h, w, 3); rgba32, bgra32 (h, w, 4); yuyv (h, w, 2);
 nv12, i420 (3 h / 2, w) as in OpenCV, or a tuple of the planes (y, uv) or (y, u, v).
 
-Without a format, (h, w) is gray8, (h, w, 3) is bgr24 and (h, w, 4) is bgra32, as in OpenCV.
+Without a format, (h, w) is gray8, (h, w, 3) is bgr24 and (h, w, 4) is bgra32, as in OpenCV. An image
+of Pillow (modes L, RGB, RGBA) is one too, and knows its own format.
 Rows may be apart, or bottom-up; what the library cannot read in place is copied.
 """
 
@@ -50,6 +52,12 @@ def view(
     image: Image, format: Union[PixelFormat, str, int, None] = None, name: str = "image"
 ) -> _structs.ptzcal_image:
     """The C view of an image; it keeps the pixels alive."""
+    if format is None and _is_pillow(image):
+        if image.mode not in _PILLOW:
+            raise ValueError(
+                f"{name} is of Pillow's mode {image.mode}: convert it to L, RGB or RGBA"
+            )
+        format = _PILLOW[image.mode]
     if format is not None:
         layout = member(PixelFormat, format, "format")
         if layout not in _PACKED:
@@ -64,6 +72,11 @@ def view(
     if array.ndim not in (2, 3) or channels != _PACKED[layout]:
         raise ValueError(f"{name} must be of shape {wanted}, not {shape}")
     return _fill(layout, shape[1], shape[0], [_rows(array, channels)])
+
+
+def _is_pillow(image: Any) -> bool:
+    """Without loading Pillow: most programs do not have it."""
+    return any(base.__module__ == "PIL.Image" for base in type(image).__mro__)
 
 
 def _samples(image: Any, name: str) -> np.ndarray:

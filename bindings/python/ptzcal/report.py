@@ -9,6 +9,7 @@ from . import _native
 from ._arrays import address_of, vector
 from ._native import Handle, call, lib, text
 from .adjust import Adjusted
+from .boards import BoardCalibration, Boards
 from .calibrate import Calibration, Correspondences
 from .images import Image, PixelFormat, view
 from .scan import Scan
@@ -46,6 +47,18 @@ class Report(Handle):
             calibration._pointer,
             None if correspondences is None else correspondences._pointer,
             None if picture is None else view(picture, format, "picture"),
+        )
+
+    def add_board_calibration(
+        self, name: str, calibration: BoardCalibration, boards: Boards
+    ) -> None:
+        """A camera calibrated from boards, its views, and what to add to make it better."""
+        call(
+            lib.ptzcal_report_add_board_calibration,
+            self._pointer,
+            text(name, "name"),
+            calibration._pointer,
+            boards._pointer,
         )
 
     def add_scan(self, name: str, scan: Scan) -> None:

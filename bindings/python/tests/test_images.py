@@ -4,6 +4,11 @@ import unittest
 
 import numpy as np
 
+try:
+    import PIL.Image
+except ImportError:
+    PIL = None
+
 import ptzcal
 from ptzcal import images
 from support import TestCase, spot_frames
@@ -52,6 +57,24 @@ class Layouts(TestCase):
         for name in ("gray8", "bgr24", "bgra32"):
             view = images.view(as_format(self.on, name))
             self.assertEqual(view.format, ptzcal.PixelFormat[name.upper()])
+
+    @unittest.skipIf(PIL is None, "Pillow is not installed")
+    def test_pillow_knows_its_format(self):
+        # A red spot: taken for BGR, its channels would be in the wrong places.
+        off = np.repeat(self.off[..., None], 3, axis=2)
+        on = off.copy()
+        on[..., 0] = self.on
+        expected = self.assertFound(on, off, "rgb24")
+        on, off = PIL.Image.fromarray(on), PIL.Image.fromarray(off)
+        for mode in ("RGB", "RGBA"):
+            found = self.assertFound(on.convert(mode), off.convert(mode))
+            self.assertEqual((found.x, found.y), (expected.x, expected.y))
+        grey = PIL.Image.fromarray(self.on), PIL.Image.fromarray(self.off)
+        self.assertEqual(self.assertFound(*grey).x, self.assertFound(self.on, self.off).x)
+        with self.assertRaisesRegex(ValueError, "mode P: convert"):
+            ptzcal.detect_spot(on.convert("P"), off.convert("P"))
+        with self.assertRaisesRegex(ValueError, "must be of shape"):
+            ptzcal.detect_spot(on, off, format="gray8")
 
     def test_colour_order_matters(self):
         # A red spot is in the last channel of BGR and in the first of RGB.

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 import ptzcal
-from support import TestCase
+from support import TestCase, rig_model
+from test_boards import TILTS, views
 
 #: Elements without an end.
 VOID = {"meta"}
@@ -35,6 +36,19 @@ class Nesting(HTMLParser):
 
 
 class Reports(TestCase):
+    def test_a_camera_from_boards(self):
+        boards = views(rig_model())
+        report = ptzcal.Report("Head")
+        report.add_board_calibration("head", ptzcal.calibrate_from_boards(boards), boards)
+        parser = Nesting()
+        parser.feed(report.html)
+        self.assertEqual(parser.open, [])
+        self.assertIn(f"{len(TILTS)} of {len(TILTS)} views were used", " ".join(parser.text))
+        self.assertNotIn("nan", report.html.lower())
+        others = ptzcal.Boards(640, 480)
+        with self.assertRaisesRegex(ptzcal.Error, "0 corners in 0 views"):
+            report.add_board_calibration("head", ptzcal.calibrate_from_boards(boards), others)
+
     def test_a_camera_with_its_picture(self):
         rng = np.random.default_rng(1)
         camera = ptzcal.Camera(640, 480, 500.0, 500.0, 319.5, 239.5)
