@@ -1,4 +1,4 @@
-"""Images without lens distortion: what an ideal camera would see from a calibrated camera's place."""
+"""Images without lens distortion: what an ideal camera would see from a camera's place."""
 
 from __future__ import annotations
 
@@ -14,14 +14,17 @@ from .camera import Camera
 from .images import Image, PixelFormat, view
 
 
+_CHANNELS = {PixelFormat.GRAY8: 1, PixelFormat.RGB24: 3, PixelFormat.BGR24: 3}
+
+
 def undistorted_camera(camera: Camera, keep: float = 0.0) -> Camera:
-    """The ideal camera that shows what `camera` sees: of its size, place and rotation, without a lens.
+    """The ideal camera that shows what `camera` sees: its size, place and rotation, without a lens.
 
     `keep` is how much of the image's border is kept, as the alpha of OpenCV's
     getOptimalNewCameraMatrix: 0 is the largest view whose pixels are all inside the image, 1 the
-    smallest that holds all pixels of the image, with empty margins. Raises InvalidArgument for a lens
-    that sees 180 degrees or more (unless keep is 0), Error LENS_NOT_MONOTONE for one that folds back
-    inside the image.
+    smallest that holds all pixels of the image, with empty margins. Raises InvalidArgument for a
+    lens that sees 180 degrees or more (unless keep is 0), Error LENS_NOT_MONOTONE for one that
+    folds back inside the image.
     """
     struct = _native.initial(_structs.ptzcal_camera)
     call(lib.ptzcal_camera_undistorted, byref(camera._struct), float(keep), byref(struct))
@@ -31,10 +34,10 @@ def undistorted_camera(camera: Camera, keep: float = 0.0) -> Camera:
 class Undistorter(Handle):
     """Takes the lens distortion out of a camera's images.
 
-    `ideal` is the camera whose pictures are drawn: by default `undistorted_camera(camera, keep)`, else
-    any camera without a lens. With ``dataclasses.replace`` on the default, or with a camera of your
-    own, the view can be turned, zoomed and resized as a pan-tilt-zoom camera's; the place is always
-    the calibrated camera's, whatever the ideal camera's t. Made once; threads may share it.
+    `ideal` is the camera whose pictures are drawn: by default `undistorted_camera(camera, keep)`,
+    else any camera without a lens. With ``dataclasses.replace`` on the default, or with a camera of
+    your own, the view can be turned, zoomed and resized as a pan-tilt-zoom camera's; the place is
+    always the calibrated camera's, whatever the ideal camera's t. Made once; threads may share it.
     """
 
     _free = "ptzcal_undistorter_free"
@@ -63,16 +66,16 @@ class Undistorter(Handle):
         """The picture of an image of the camera: uint8 (h, w), (h, w, 3) or (h, w, 4), as the image.
 
         `region` draws a part of it: x, y, width, height. Pixels outside the image have the value
-        `border`, a number or one for each channel. `out` is written to, and returned, instead of a new
-        array; its rows may be apart or bottom-up, its pixels not. Raises InvalidArgument for an image of
-        another size than the camera's, Error UNSUPPORTED for yuyv, nv12 and i420 (their Y plane alone is a
-        grey image).
+        `border`, a number or one for each channel. `out` is written to, and returned, instead of a
+        new array; its rows may be apart or bottom-up, its pixels not. Raises InvalidArgument for an
+        image of another size than the camera's, Error UNSUPPORTED for yuyv, nv12 and i420 (their Y
+        plane alone is a grey image).
         """
         source = view(image, format)
         x, y, width, height = (0, 0, *self._camera.size) if region is None else region
         x, y = unsigned(x, "region"), unsigned(y, "region")
         width, height = unsigned(width, "region"), unsigned(height, "region")
-        channels = {PixelFormat.GRAY8: 1, PixelFormat.RGB24: 3, PixelFormat.BGR24: 3}.get(source.format, 4)
+        channels = _CHANNELS.get(source.format, 4)
         shape = (height, width) if channels == 1 else (height, width, channels)
         if out is None:
             out = np.empty(shape, np.uint8)

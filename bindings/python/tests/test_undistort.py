@@ -23,7 +23,7 @@ def image(channels=1):
 
 
 def sampled(camera, ideal, array):
-    """By NumPy: every pixel's position through the cameras, then bilinear; and where it is inside."""
+    """By NumPy: every pixel through both cameras, then bilinear; and where it is inside."""
     x, y = np.meshgrid(np.arange(ideal.width, dtype=float), np.arange(ideal.height, dtype=float))
     uv = np.stack([x.ravel(), y.ravel()], axis=1)
     u, v = camera.project(camera.centre + ideal.back_project(uv)).T.reshape(2, *x.shape)

@@ -57,7 +57,7 @@ impl<'a, const N: usize> Wide<'a, N> {
         }
         Some(Self {
             source,
-            top: data.get(first..)?.as_ptr(),
+            top: data.as_ptr().wrapping_add(first),
             stride: i32::try_from(stride).ok()?,
             last: [(width - reach) as i16, (height - 2) as i16],
             last_window: [(width - WINDOW) as i16, (height - 3) as i16],
