@@ -251,7 +251,6 @@ impl Cubic {
             }
             coefficients[0][4 * axis] = ((polynomial[0][0] - base[axis]) * ONE) as f32;
         }
-        // The kernels cut off what is behind the last bit: half of it is rounding up.
         Self { base: base.map(|b| (b * ONE) as i32), coefficients }
     }
 }
