@@ -1120,6 +1120,147 @@ ptzcal_status ptzcal_camera_back_project(const ptzcal_camera *camera,
                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+ * Images without lens distortion
+ *
+ * Draws what an ideal camera, without a lens, would see from the place of a calibrated one: straight
+ * lines are straight in its pictures. It may look elsewhere and have another size and focal length,
+ * so that a part of a fixed camera's picture can be turned and zoomed as a pan-tilt-zoom camera's. The
+ * positions are made once; then each image takes little more than its memory does.
+ * ============================================================================================= */
+
+/** Takes the lens distortion out of a camera's images. Immutable: any number of threads may use it. */
+typedef struct ptzcal_undistorter ptzcal_undistorter;
+
+/**
+ * The ideal camera that shows what a camera sees: at its place, of its size, its rotation and its
+ * ratio of focal lengths, without lens and skew. Change its rotation, focal lengths, principal point or
+ * size for another view.
+ *
+ * @param camera The calibrated camera.
+ * @param keep   How much of the image's border is kept, as the alpha of OpenCV's
+ *               getOptimalNewCameraMatrix. 0: the largest view whose pixels are all inside the image; 1: the
+ *               smallest that holds all pixels of the image, with empty margins; between them something
+ *               between.
+ * @param ideal  Receives the ideal camera; set up by ptzcal_camera_init.
+ * @param error  Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for an image of fewer than 2 pixels on a side
+ *         and for a lens that sees 180 degrees or more, unless keep is 0 and a part of its image's border
+ *         is less far out; PTZCAL_STATUS_LENS_NOT_MONOTONE where the lens model folds back inside the
+ *         image; PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_camera_undistorted(const ptzcal_camera *camera,
+                                        double keep,
+                                        ptzcal_camera *ideal,
+                                        ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Makes an undistorter. Both cameras look from the same place: of the ideal camera's pose only the
+ * rotation counts, its translation becomes the one that goes with the camera's centre.
+ *
+ * @param camera      The calibrated camera, of any lens model.
+ * @param ideal       The ideal camera, as ptzcal_camera_undistorted gives it or any other without a lens;
+ *                    2^26 pixels at most.
+ * @param undistorter Receives the undistorter; free it with ptzcal_undistorter_free.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT, also for an ideal camera with a lens;
+ *         PTZCAL_STATUS_NOT_FINITE.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_undistorter_new(const ptzcal_camera *camera,
+                                     const ptzcal_camera *ideal,
+                                     ptzcal_undistorter **undistorter,
+                                     ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees an undistorter.
+ *
+ * @param undistorter The undistorter; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_undistorter_free(ptzcal_undistorter *undistorter) PTZCAL_NOEXCEPT;
+
+/**
+ * The ideal camera, whose pictures an undistorter draws: with it points are projected into them and
+ * pixels of them back into the world (ptzcal_camera_project, ptzcal_camera_back_project).
+ *
+ * @param undistorter The undistorter.
+ * @param camera      Receives the ideal camera; set up by ptzcal_camera_init.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_undistorter_get_camera(const ptzcal_undistorter *undistorter,
+                                            ptzcal_camera *camera,
+                                            ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Draws the ideal camera's picture. Pixels outside the image are black (all bytes 0).
+ *
+ * @param undistorter The undistorter.
+ * @param image       The calibrated camera's image, of its size: GRAY8, RGB24, BGR24, RGBA32 or BGRA32. Of
+ *                    NV12 and I420 the Y plane alone is a GRAY8 image.
+ * @param pixels      Receives n bytes: the picture, in the image's format. Not the image's memory. What is
+ *                    between the rows stays as it is.
+ * @param n           Number of bytes; for a picture of height h at least |stride| (h - 1) and a row's bytes.
+ * @param stride      Bytes from a row to the one below; negative = bottom-up: the bottom row is the first in
+ *                    memory.
+ * @param error       Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_INVALID_ARGUMENT for an image of another size than the
+ *         camera's; PTZCAL_STATUS_UNSUPPORTED for other formats; PTZCAL_STATUS_BUFFER_TOO_SMALL.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_undistorter_apply(const ptzcal_undistorter *undistorter,
+                                       const ptzcal_image *image,
+                                       uint8_t *pixels,
+                                       size_t n,
+                                       ptrdiff_t stride,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Draws a part of the ideal camera's picture: a tile that is shown, or a thread's share of the rows.
+ *
+ * @param undistorter The undistorter.
+ * @param image       As for ptzcal_undistorter_apply.
+ * @param x           First column.
+ * @param y           First row.
+ * @param width       Columns, at least 1; the region is inside the ideal camera's picture.
+ * @param height      Rows, at least 1.
+ * @param border      4 bytes: the value of pixels outside the image, of which as many count as a pixel of its
+ *                    format has; may be NULL: 0.
+ * @param pixels      Receives n bytes: the region's pixels, as for ptzcal_undistorter_apply.
+ * @param n           Number of bytes.
+ * @param stride      As for ptzcal_undistorter_apply.
+ * @param error       Receives the error; may be NULL.
+ * @return As for ptzcal_undistorter_apply; PTZCAL_STATUS_INVALID_ARGUMENT also for a region that is not
+ *         inside the picture.
+ *
+ * Threads: shared.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_undistorter_apply_region(const ptzcal_undistorter *undistorter,
+                                              const ptzcal_image *image,
+                                              uint32_t x,
+                                              uint32_t y,
+                                              uint32_t width,
+                                              uint32_t height,
+                                              const uint8_t *border,
+                                              uint8_t *pixels,
+                                              size_t n,
+                                              ptrdiff_t stride,
+                                              ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
  * Rig models
  *
  * Everything that turns a laser shot (pan, tilt, the spot's pixel in the head camera) into a point:

@@ -988,10 +988,94 @@ def clouds() -> Iterator[Task]:
     )
 
 
+# ---- images without lens distortion ---------------------------------------------------------------
+
+
+def undistortions() -> Iterator[Task]:
+    width, height = 1920, 1080
+    K = np.array([[1100.0, 0.0, 962.0], [0.0, 1098.0, 537.0], [0.0, 0.0, 1.0]])
+    coefficients = np.array([-0.3, 0.1, 0.0005, -0.0007, -0.01])
+    camera = ptzcal.Camera.from_matrix(K, (width, height), coefficients)
+    undistorter = ptzcal.Undistorter(camera)
+    ideal = undistorter.camera
+
+    # The truth: exact positions, bilinear values without rounding.
+    x, y = np.meshgrid(np.arange(width, dtype=float), np.arange(height, dtype=float))
+    rays = ideal.back_project(np.stack([x.ravel(), y.ravel()], axis=1))
+    u, v = camera.project(rays).T.reshape(2, height, width)
+    inside = (u >= 0) & (v >= 0) & (u < width - 1) & (v < height - 1)
+    u, v = np.where(inside, u, 0.0), np.where(inside, v, 0.0)
+
+    def truth(image):
+        i, j = u.astype(int), v.astype(int)
+        shape = u.shape + (1,) * (image.ndim - 2)
+        a, b = (u - i).reshape(shape), (v - j).reshape(shape)
+        p = image.astype(float)
+        above = p[j, i] * (1 - a) + p[j, i + 1] * a
+        below = p[j + 1, i] * (1 - a) + p[j + 1, i + 1] * a
+        return above * (1 - b) + below * b
+
+    def maps(kind):
+        if cv2 is None:
+            return None
+        size = (width, height)
+        return cv2.initUndistortRectifyMap(K, coefficients, None, ideal.K, size, kind)
+
+    kinds = {} if cv2 is None else {"fixed-point": cv2.CV_16SC2, "float": cv2.CV_32FC1}
+    # Waves with noise on them: edges everywhere, and nothing that hides a shift.
+    rng = np.random.default_rng(1)
+    waves = 120 + 60 * np.sin(x / 11) * np.cos(y / 13)
+    images = {
+        "grey": (waves + rng.normal(0, 12, x.shape)).clip(0, 255).astype(np.uint8),
+        "BGR": (waves[..., None] + rng.normal(0, 12, (*x.shape, 3))).clip(0, 255).astype(np.uint8),
+    }
+    for name, image in images.items():
+        wanted = truth(image)
+        drawn, remapped = np.empty_like(image), np.empty_like(image)
+
+        def error(picture, wanted=wanted):
+            return np.abs(picture - wanted)[inside].mean()
+
+        def ours(image=image, drawn=drawn):
+            return undistorter.apply(image, out=drawn)
+
+        for kind, number in kinds.items():
+            ready = maps(number)
+
+            def theirs(image=image, remapped=remapped, ready=ready):
+                return cv2.remap(image, *ready, cv2.INTER_LINEAR, dst=remapped)
+
+            peer = f"OpenCV remap, {kind} maps"
+            size = f"{width}x{height} {name}"
+            yield Task("undistort", size, peer, ours, theirs, error, error, "grey levels", 1.0)
+
+    image, wanted = images["grey"], truth(images["grey"])
+
+    def by_ours(made):
+        return np.abs(made.apply(image) - wanted)[inside].mean()
+
+    def by_theirs(ready):
+        return np.abs(cv2.remap(image, *ready, cv2.INTER_LINEAR) - wanted)[inside].mean()
+
+    for kind, number in kinds.items():
+        yield Task(
+            "undistort, making the maps",
+            f"{width}x{height}",
+            f"OpenCV initUndistortRectifyMap, {kind}",
+            lambda: ptzcal.Undistorter(camera, ideal),
+            lambda number=number: maps(number),
+            by_ours,
+            by_theirs,
+            "grey levels",
+            1.0,
+        )
+
+
 GROUPS = (
     spots,
     spot_centres,
     chessboards,
+    undistortions,
     features,
     lines,
     calibrations,

@@ -98,5 +98,6 @@ pub mod status;
 pub mod study;
 pub mod sweep;
 pub mod uncertainty;
+pub mod undistort;
 pub mod version;
 pub mod zoom_curve;

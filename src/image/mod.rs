@@ -9,9 +9,11 @@ pub mod frames;
 pub mod photometry;
 pub mod pixel_format;
 pub mod pyramid;
+pub mod undistort;
 pub mod vectors;
 pub mod view;
 
 pub use depth::{DepthMap, DepthNoise, InverseDepth};
 pub use pixel_format::PixelFormat;
-pub use view::{Image, ImageView, PlaneView};
+pub use undistort::{Undistorter, undistorted_camera};
+pub use view::{Image, ImageView, PlaneView, PlaneViewMut};

@@ -45,6 +45,44 @@ impl<'a> PlaneView<'a> {
     pub fn rows(&self) -> usize {
         self.rows
     }
+
+    /// The plane's memory, where its top row begins in it, and the bytes from a row to the one below.
+    pub(super) fn memory(&self) -> (&'a [u8], usize, isize) {
+        let first = if self.stride < 0 { (self.rows.max(1) - 1) * self.stride.unsigned_abs() } else { 0 };
+        (self.data, first, self.stride)
+    }
+}
+
+/// One plane to write to: rows of bytes.
+#[derive(Debug)]
+pub struct PlaneViewMut<'a> {
+    data: &'a mut [u8],
+    stride: isize,
+    row_bytes: usize,
+    rows: usize,
+}
+
+impl<'a> PlaneViewMut<'a> {
+    /// As [`PlaneView::new`].
+    pub fn new(data: &'a mut [u8], stride: isize, row_bytes: usize, rows: usize) -> Result<Self> {
+        PlaneView::new(data, stride, row_bytes, rows)?;
+        Ok(Self { data, stride, row_bytes, rows })
+    }
+
+    /// Row `y`, 0 at the top, without padding.
+    pub fn row_mut(&mut self, y: usize) -> &mut [u8] {
+        let index = if self.stride < 0 { self.rows - 1 - y } else { y };
+        let start = index * self.stride.unsigned_abs();
+        &mut self.data[start..start + self.row_bytes]
+    }
+
+    pub fn row_bytes(&self) -> usize {
+        self.row_bytes
+    }
+
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
 }
 
 /// A borrowed image.
@@ -88,6 +126,10 @@ impl<'a> ImageView<'a> {
 
     pub fn height(&self) -> u32 {
         self.height
+    }
+
+    pub(super) fn plane(&self, plane: usize) -> Option<&PlaneView<'a>> {
+        self.planes.get(plane)?.as_ref()
     }
 
     /// Row `y` of plane `plane`; empty for a plane that the format does not have.

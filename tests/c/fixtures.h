@@ -78,6 +78,7 @@ static ptzcal_spot_options *fixture_spot_options;
 static ptzcal_sift_features *fixture_sift_features;
 static ptzcal_picture *fixture_picture;
 static ptzcal_depth_map *fixture_depth_map;
+static ptzcal_undistorter *fixture_undistorter;
 static ptzcal_rgbd *fixture_rgbd;
 static ptzcal_correspondences *fixture_correspondences;
 static ptzcal_calibration_options *fixture_calibration_options;
@@ -626,6 +627,7 @@ static inline void make_fixtures(void)
   CHECK_OK(ptzcal_sift_match_options_init(fixture_sift_match_options, sizeof *fixture_sift_match_options));
   CHECK_OK(ptzcal_detect_sift(fixture_image, NULL, &fixture_sift_features, NULL));
   CHECK_OK(ptzcal_picture_new(fixture_image, &fixture_picture, NULL));
+  CHECK_OK(ptzcal_undistorter_new(fixture_camera, fixture_camera, &fixture_undistorter, NULL));
   CHECK_OK(ptzcal_depth_map_new_u16(fixture_millimetres, 8, 8, 8, 0.001, &fixture_depth_map, NULL));
   CHECK_OK(ptzcal_rgbd_options_init(fixture_rgbd_options, sizeof *fixture_rgbd_options));
   CHECK_OK(ptzcal_rgbd_view_init(fixture_rgbd_view, sizeof *fixture_rgbd_view));
@@ -750,6 +752,7 @@ static inline void free_fixtures(void)
   ptzcal_correspondences_free(fixture_correspondences);
   ptzcal_calibration_options_free(fixture_calibration_options);
   ptzcal_rgbd_free(fixture_rgbd);
+  ptzcal_undistorter_free(fixture_undistorter);
   ptzcal_depth_map_free(fixture_depth_map);
   ptzcal_picture_free(fixture_picture);
   ptzcal_sift_features_free(fixture_sift_features);

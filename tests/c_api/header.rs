@@ -20,6 +20,7 @@ const TOPICS: &[&str] = &[
     "picture",
     "depth",
     "camera",
+    "undistort",
     "rig_model",
     "detect",
     "chessboard",

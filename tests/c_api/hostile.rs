@@ -21,6 +21,7 @@ fn good(found: &Declarations, f: &Function, p: &Param) -> String {
         "int32_t" | "uint32_t" | "uint64_t" => "1".into(),
         "size_t" if p.name == "size" => format!("sizeof({})", f.params[0].kind.trim_end_matches(" *")),
         "size_t" => "4".into(),
+        "ptrdiff_t" => "64".into(),
         "const double *" => "numbers".into(),
         "const uint8_t *" => "fixture_flags".into(),
         "const uint16_t *" => "fixture_millimetres".into(),

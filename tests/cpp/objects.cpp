@@ -105,8 +105,32 @@ static void files_and_strings(const std::string &folder)
   CHECK_FAILS(invalid_argument, ptzcal::picture(ptzcal::packed_image(ptzcal::pixel_format::rgb24, pixels.data(), 0, 5)));
 }
 
+static void pictures_go_into_the_callers_memory()
+{
+  ptzcal::camera camera;
+  camera.width = 40, camera.height = 30, camera.fx = camera.fy = 35, camera.cx = 19.5, camera.cy = 14.5;
+  camera.distortion_model = ptzcal::distortion_model::brown_conrady, camera.distortion[0] = -0.2;
+  const std::vector<std::uint8_t> pixels(40 * 30, 200);
+  const auto image = ptzcal::packed_image(ptzcal::pixel_format::gray8, pixels.data(), 40, 30, 40);
+  const ptzcal::undistorter filled(camera, camera.undistorted(0.0)), all(camera, camera.undistorted(1.0));
+  CHECK(filled.camera().fx > all.camera().fx && filled.camera().distortion_model == ptzcal::distortion_model::none);
+
+  std::vector<std::uint8_t> picture(40 * 30);
+  filled.apply(image, picture, 40);
+  CHECK(picture == pixels);
+  std::array<std::uint8_t, 4 * 3> part{};
+  all.apply_region(image, 18, 0, 3, 3, {}, part, -4);
+  CHECK(part[8] == 0 && part[3] == 0);
+  const std::uint8_t border[] = {7, 0, 0, 0};
+  all.apply_region(image, 18, 0, 3, 3, border, part, -4);
+  CHECK(part[8] == 7 && part[3] == 0);
+  CHECK_FAILS(buffer_too_small, filled.apply(image, {picture.data(), picture.size() - 1}, 40));
+  CHECK_FAILS(invalid_argument, all.apply_region(image, 18, 0, 3, 3, {border, 3}, part, 4));
+}
+
 int main(int, char **arguments)
 {
+  pictures_go_into_the_callers_memory();
   handles_move();
   views_are_of_anything_contiguous();
   structs_are_the_c_ones();

@@ -71,6 +71,7 @@ struct sweep_summary;
 class cancel;
 class picture;
 class depth_map;
+class undistorter;
 class spot_options;
 class sift_features;
 class correspondences;
@@ -143,6 +144,16 @@ struct camera : ptzcal_camera {
   //   uv: n x 2 numbers: pixels.
   // C: ptzcal_camera_back_project
   outcome<std::vector<double>> back_project(ptzcal::view<const double> uv) const;
+
+  // The ideal camera that shows what a camera sees: at its place, of its size, its rotation and its
+  // ratio of focal lengths, without lens and skew. Change its rotation, focal lengths, principal
+  // point or size for another view.
+  //   keep: How much of the image's border is kept, as the alpha of OpenCV's
+  //   getOptimalNewCameraMatrix. 0: the largest view whose pixels are all inside the image; 1: the
+  //   smallest that holds all pixels of the image, with empty margins; between them something
+  //   between.
+  // C: ptzcal_camera_undistorted
+  outcome<ptzcal::camera> undistorted(double keep) const;
 
   // Reads the one camera of a file.
   //   path: The file; of COLMAP its folder.
@@ -606,6 +617,55 @@ class depth_map : public detail::handle<ptzcal_depth_map, ptzcal_depth_map_free>
   //   metres: Metres per unit: 0.001 for millimetres, up to 65.535 m.
   // C: ptzcal_depth_map_save
   outcome<void> save(ptzcal::c_string path, double metres) const;
+};
+
+class undistorter : public detail::handle<ptzcal_undistorter, ptzcal_undistorter_free> {
+ public:
+  using handle::handle;
+  undistorter() noexcept = default;
+#ifndef PTZCAL_NO_EXCEPTIONS
+  undistorter(const ptzcal_camera &camera, const ptzcal_camera &ideal) : undistorter(make(camera, ideal)) {}
+#endif
+
+  // Makes an undistorter. Both cameras look from the same place: of the ideal camera's pose only
+  // the rotation counts, its translation becomes the one that goes with the camera's centre.
+  //   camera: The calibrated camera, of any lens model.
+  //   ideal: The ideal camera, as ptzcal_camera_undistorted gives it or any other without a lens;
+  //   2^26 pixels at most.
+  // C: ptzcal_undistorter_new
+  static outcome<ptzcal::undistorter> make(const ptzcal_camera &camera, const ptzcal_camera &ideal);
+
+  // The ideal camera, whose pictures an undistorter draws: with it points are projected into them
+  // and pixels of them back into the world (ptzcal_camera_project, ptzcal_camera_back_project).
+  // C: ptzcal_undistorter_get_camera
+  outcome<ptzcal::camera> camera() const;
+
+  // Draws the ideal camera's picture. Pixels outside the image are black (all bytes 0).
+  //   image: The calibrated camera's image, of its size: GRAY8, RGB24, BGR24, RGBA32 or BGRA32. Of
+  //   NV12 and I420 the Y plane alone is a GRAY8 image.
+  //   pixels: Receives n bytes: the picture, in the image's format. Not the image's memory. What is
+  //   between the rows stays as it is.
+  //   stride: Bytes from a row to the one below; negative = bottom-up: the bottom row is the first
+  //   in memory.
+  // C: ptzcal_undistorter_apply
+  outcome<void> apply(const ptzcal_image &image, ptzcal::view<std::uint8_t> pixels,
+      std::ptrdiff_t stride) const;
+
+  // Draws a part of the ideal camera's picture: a tile that is shown, or a thread's share of the
+  // rows.
+  //   image: As for ptzcal_undistorter_apply.
+  //   x: First column.
+  //   y: First row.
+  //   width: Columns, at least 1; the region is inside the ideal camera's picture.
+  //   height: Rows, at least 1.
+  //   border: 4 bytes: the value of pixels outside the image, of which as many count as a pixel of
+  //   its format has; may be left out: 0.
+  //   pixels: Receives n bytes: the region's pixels, as for ptzcal_undistorter_apply.
+  //   stride: As for ptzcal_undistorter_apply.
+  // C: ptzcal_undistorter_apply_region
+  outcome<void> apply_region(const ptzcal_image &image, std::uint32_t x, std::uint32_t y, std::uint32_t width,
+      std::uint32_t height, ptzcal::view<const std::uint8_t> border, ptzcal::view<std::uint8_t> pixels,
+      std::ptrdiff_t stride) const;
 };
 
 class spot_options : public detail::handle<ptzcal_spot_options, ptzcal_spot_options_free> {
@@ -3954,6 +4014,53 @@ inline outcome<std::vector<double>> camera::back_project(ptzcal::view<const doub
   std::vector<double> directions_(n_ * 3);
   const auto code_ = ptzcal_camera_back_project(this, uv.data(), n_, directions_.data(), call_.error());
   return call_.finish(code_, std::move(directions_));
+}
+
+inline outcome<ptzcal::camera> camera::undistorted(double keep) const
+{
+  detail::call call_;
+  ptzcal::camera ideal_;
+  const auto code_ = ptzcal_camera_undistorted(this, keep, &ideal_, call_.error());
+  return call_.finish(code_, std::move(ideal_));
+}
+
+inline outcome<ptzcal::undistorter> undistorter::make(const ptzcal_camera &camera, const ptzcal_camera &ideal)
+{
+  detail::call call_;
+  ptzcal_undistorter *undistorter_ = nullptr;
+  const auto code_ = ptzcal_undistorter_new(&camera, &ideal, &undistorter_, call_.error());
+  return call_.finish(code_, ptzcal::undistorter(undistorter_));
+}
+
+inline outcome<ptzcal::camera> undistorter::camera() const
+{
+  detail::call call_;
+  ptzcal::camera camera_;
+  const auto code_ = ptzcal_undistorter_get_camera(get(), &camera_, call_.error());
+  return call_.finish(code_, std::move(camera_));
+}
+
+inline outcome<void> undistorter::apply(const ptzcal_image &image, ptzcal::view<std::uint8_t> pixels,
+    std::ptrdiff_t stride) const
+{
+  detail::call call_;
+  const std::size_t n_ = pixels.size() / 1;
+  if (!(call_.rows("pixels", pixels.size(), n_, 1))) return call_.refuse<void>();
+  const auto code_ = ptzcal_undistorter_apply(get(), &image, pixels.data(), n_, stride, call_.error());
+  return call_.finish(code_);
+}
+
+inline outcome<void> undistorter::apply_region(const ptzcal_image &image, std::uint32_t x, std::uint32_t y,
+    std::uint32_t width, std::uint32_t height, ptzcal::view<const std::uint8_t> border,
+    ptzcal::view<std::uint8_t> pixels, std::ptrdiff_t stride) const
+{
+  detail::call call_;
+  const std::size_t n_ = pixels.size() / 1;
+  if (!(call_.rows_or_none("border", border.size(), 1, 4) &&
+        call_.rows("pixels", pixels.size(), n_, 1))) return call_.refuse<void>();
+  const auto code_ = ptzcal_undistorter_apply_region(get(), &image, x, y, width, height, border.data(),
+      pixels.data(), n_, stride, call_.error());
+  return call_.finish(code_);
 }
 
 inline outcome<ptzcal::camera> rig_model::head_camera(double pan, double tilt) const

@@ -116,6 +116,7 @@ from .study import (
 )
 
 __version__ = version()
+from .undistort import Undistorter, undistorted_camera
 
 __all__ = [
     "Adjusted",
@@ -227,6 +228,7 @@ __all__ = [
     "Sweep",
     "Ties",
     "UncertainRig",
+    "Undistorter",
     "Verdict",
     "Visible",
     "ZoomCurve",
@@ -262,6 +264,7 @@ __all__ = [
     "register_matched_planes",
     "register_stations",
     "tie_stations",
+    "undistorted_camera",
     "version",
     "write_cameras",
 ]

@@ -16,6 +16,7 @@ from ctypes import (
     c_int32,
     c_int64,
     c_size_t,
+    c_ssize_t,
     c_uint32,
     c_uint64,
     c_void_p,
@@ -226,6 +227,17 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_camera_centre": (_status, _camera, _array, _error_out),
     "ptzcal_camera_project": (_status, _camera, _array, c_size_t, _array, _error_out),
     "ptzcal_camera_back_project": (_status, _camera, _array, c_size_t, _array, _error_out),
+    "ptzcal_camera_undistorted": (_status, _camera, c_double, _camera, _error_out),
+    "ptzcal_undistorter_new": (_status, _camera, _camera, _handle_out, _error_out),
+    "ptzcal_undistorter_free": (None, _handle),
+    "ptzcal_undistorter_get_camera": (_status, _handle, _camera, _error_out),
+    "ptzcal_undistorter_apply": (
+        _status, _handle, _image, _array, c_size_t, c_ssize_t, _error_out,
+    ),
+    "ptzcal_undistorter_apply_region": (
+        _status, _handle, _image, c_uint32, c_uint32, c_uint32, c_uint32, _array, _array, c_size_t,
+        c_ssize_t, _error_out,
+    ),
     "ptzcal_rig_model_init": (_status, _model, c_size_t),
     "ptzcal_rig_model_head_camera": (_status, _model, c_double, c_double, _camera, _error_out),
     "ptzcal_rig_model_locate": (

@@ -222,6 +222,7 @@ fn parameter(a: &Argument) -> String {
             }
         }
         Role::Images => format!("ptzcal::view<const ptzcal::image> {name}"),
+        Role::Array { element, .. } if !a.c.kind.starts_with("const ") => format!("ptzcal::view<{element}> {name}"),
         Role::Array { element, .. } | Role::Pixels { element } => format!("ptzcal::view<const {element}> {name}"),
         Role::Progress => format!("const ptzcal::progress_callback &{name}"),
         other => unreachable!("{other:?} is no input"),

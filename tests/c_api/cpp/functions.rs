@@ -195,15 +195,17 @@ fn role(found: &Declarations, enums: &[String], f: &Function, p: &Param) -> Role
         kind => {
             let input = kind.starts_with("const ");
             let element = cpp_number(base(kind));
+            let has_stride = f.params.iter().any(|p| p.name == "stride");
             match (lengths::read(&f.name, &p.name, about), buffer(f, p)) {
                 (length, Some(rows)) => {
                     let each = length.filter(|_| rows).map_or("1".to_owned(), |l| l.each);
                     Role::OutBuffer { element, each }
                 }
-                (Some(length), _) if input => Role::Array { element, length },
+                // Memory with a stride is the caller's, also where it is written to.
+                (Some(length), _) if input || has_stride => Role::Array { element, length },
                 (Some(length), _) => Role::OutArray { element, length },
                 _ if !input => Role::OutScalar(scalar(base(kind), about.trim_start_matches("Receives "), enums)),
-                _ if f.params.iter().any(|p| p.name == "stride") => Role::Pixels { element },
+                _ if has_stride => Role::Pixels { element },
                 _ => panic!("{}: how long is {}? Its comment does not say", f.name, p.name),
             }
         }
