@@ -123,12 +123,12 @@ impl<'a, const N: usize> Wide<'a, N> {
     /// `out` has sixteen pixels.
     #[target_feature(enable = "avx2")]
     unsafe fn draw_inside(&self, positions: &Positions, out: &mut [u8]) -> bool {
-        if N == 1 {
-            if let Some(rows) = self.windows(positions) {
-                // SAFETY: by this function's contract.
-                unsafe { grey(rows, positions, out) };
-                return true;
-            }
+        if N == 1
+            && let Some(rows) = self.windows(positions)
+        {
+            // SAFETY: by this function's contract.
+            unsafe { grey(rows, positions, out) };
+            return true;
         }
         let [last_x, last_y] = self.last;
         if !all(_mm256_and_si256(at_most(positions.x, last_x), at_most(positions.y, last_y))) {
