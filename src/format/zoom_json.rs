@@ -158,6 +158,7 @@ mod tests {
                 }
             }
         }
-        assert!(read > fuzz_inputs() / 2000 && refused > fuzz_inputs() / 200, "{read} {refused}");
+        // Most changes of a covariance leave none.
+        assert!(read > fuzz_inputs() / 5000 && refused > fuzz_inputs() / 200, "{read} {refused}");
     }
 }
