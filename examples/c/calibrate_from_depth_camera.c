@@ -10,15 +10,16 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/* Ends the program with everything that the library says about an error. */
-static void check(ptzcal_status status, ptzcal_error *error)
+/* Ends the program with everything that the library says about an error. It takes the error's address:
+ * the error itself, as an argument beside the call, might be read before the call. */
+static void check(ptzcal_status status, ptzcal_error **error)
 {
   if (status == PTZCAL_STATUS_OK)
     return;
-  fprintf(stderr, "%s: %s\n", ptzcal_status_name(status), ptzcal_error_message(error));
-  if (ptzcal_error_hint(error))
-    fprintf(stderr, "  %s\n", ptzcal_error_hint(error));
-  ptzcal_error_free(error);
+  fprintf(stderr, "%s: %s\n", ptzcal_status_name(status), ptzcal_error_message(*error));
+  if (*ptzcal_error_hint(*error))
+    fprintf(stderr, "  %s\n", ptzcal_error_hint(*error));
+  ptzcal_error_free(*error);
   exit(1);
 }
 
@@ -26,9 +27,9 @@ static ptzcal_picture *read_picture(const char *path, ptzcal_image *image)
 {
   ptzcal_error *error = NULL;
   ptzcal_picture *picture = NULL;
-  check(ptzcal_picture_read(path, &picture, &error), error);
+  check(ptzcal_picture_read(path, &picture, &error), &error);
   ptzcal_image_init(image, sizeof *image);
-  check(ptzcal_picture_image(picture, image, &error), error);
+  check(ptzcal_picture_image(picture, image, &error), &error);
   return picture;
 }
 
@@ -46,15 +47,15 @@ static void draw_matches(const ptzcal_rgbd *rgbd, const ptzcal_image *colour, co
   right = malloc(2 * n * sizeof *right);
   if (!pairs || !left || !right)
     exit(1);
-  check(ptzcal_rgbd_copy_pairs(rgbd, pairs, needed, NULL, &error), error);
+  check(ptzcal_rgbd_copy_pairs(rgbd, pairs, needed, NULL, &error), &error);
   for (i = 0; i < n; i++) {
     const double *pair = pairs + i * PTZCAL_RGBD_PAIR_SIZE;
     left[2 * i] = pair[1], left[2 * i + 1] = pair[2];
     right[2 * i] = pair[3], right[2 * i + 1] = pair[4];
   }
-  check(ptzcal_picture_beside(colour, fixed, &picture, &error), error);
-  check(ptzcal_picture_draw_matches(picture, left, right, NULL, n, colour->width, &error), error);
-  check(ptzcal_picture_save(picture, path, &error), error);
+  check(ptzcal_picture_beside(colour, fixed, &picture, &error), &error);
+  check(ptzcal_picture_draw_matches(picture, left, right, NULL, n, colour->width, &error), &error);
+  check(ptzcal_picture_save(picture, path, &error), &error);
   ptzcal_picture_free(picture);
   free(pairs);
   free(left);
@@ -80,7 +81,7 @@ int main(int argc, char **argv)
   }
   colour_picture = read_picture(argv[1], &colour);
   fixed_picture = read_picture(argv[3], &fixed);
-  check(ptzcal_depth_map_read(argv[2], 0.001, &depth, &error), error);
+  check(ptzcal_depth_map_read(argv[2], 0.001, &depth, &error), &error);
   ptzcal_camera_init(&camera, sizeof camera);
   camera.width = colour.width;
   camera.height = colour.height;
@@ -91,17 +92,17 @@ int main(int argc, char **argv)
   for (i = 0; i < 3; i++)
     camera.rotation[4 * i] = 1;
 
-  check(ptzcal_rgbd_new(&fixed, NULL, &rgbd, &error), error);
+  check(ptzcal_rgbd_new(&fixed, NULL, &rgbd, &error), &error);
   ptzcal_rgbd_view_init(&view, sizeof view);
-  check(ptzcal_rgbd_add_view(rgbd, &colour, depth, &camera, &view, &error), error);
+  check(ptzcal_rgbd_add_view(rgbd, &colour, depth, &camera, &view, &error), &error);
   printf("%u features, %u matches, %u of them with depth; %u lines\n", view.features, view.matches, view.pairs, view.lines);
-  check(ptzcal_rgbd_calibrate(rgbd, NULL, &calibration, &error), error);
+  check(ptzcal_rgbd_calibrate(rgbd, NULL, &calibration, &error), &error);
 
-  check(ptzcal_calibration_get_camera(calibration, &camera, &error), error);
-  check(ptzcal_calibration_copy_covariance(calibration, covariance, 11 * 11, NULL, &error), error);
-  check(ptzcal_camera_centre(&camera, centre, &error), error);
+  check(ptzcal_calibration_get_camera(calibration, &camera, &error), &error);
+  check(ptzcal_calibration_copy_covariance(calibration, covariance, 11 * 11, NULL, &error), &error);
+  check(ptzcal_camera_centre(&camera, centre, &error), &error);
   ptzcal_calibration_summary_init(&summary, sizeof summary);
-  check(ptzcal_calibration_get_summary(calibration, &summary, &error), error);
+  check(ptzcal_calibration_get_summary(calibration, &summary, &error), &error);
   printf("fx %.2f +- %.2f, fy %.2f +- %.2f px\n", camera.fx, sqrt(covariance[0]), camera.fy, sqrt(covariance[12]));
   printf("cx %.2f +- %.2f, cy %.2f +- %.2f px\n", camera.cx, sqrt(covariance[36]), camera.cy, sqrt(covariance[48]));
   printf("centre %.4f %.4f %.4f m\n", centre[0], centre[1], centre[2]);

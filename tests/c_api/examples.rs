@@ -45,6 +45,19 @@ fn the_c_example_turns_the_head_to_a_click() {
     }
 }
 
+/// The error's text reaches the user: an error that is read before the call that makes it has none.
+#[test]
+fn the_c_example_says_what_is_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    let program = compile(&root().join("examples/c/click_to_point.c"), folder.path(), Link::Shared, &[]);
+    // The rig model of the example is the reader's to fill in.
+    let devices = ["visca:///dev/null", "gpio:///dev/gpiochip99/laser", "v4l2:///dev/video99", "sim:fixed/0"];
+    let output = Command::new(program).args(devices).current_dir(folder.path()).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.starts_with("PTZCAL_STATUS_INVALID_ARGUMENT: ") && said.contains("image size 0 x 0"), "{said}");
+}
+
 #[test]
 fn the_c_example_ties_two_stations() {
     let folder = tempfile::tempdir().unwrap();
