@@ -114,3 +114,53 @@ fn a_detector_of_its_own_for_each_frame_allocates() {
     let (on, off) = ([on.view().unwrap()], [off.view().unwrap()]);
     assert!(allocations(|| assert!(detect_spot(&on, &off, &SpotOptions::default()).is_ok())) > 5);
 }
+
+/// Through the C ABI as well, which makes views of the host's frames.
+#[test]
+fn the_c_detector_allocates_nothing_either() {
+    use ptzcal::capi::detect::{ptzcal_spot, ptzcal_spot_init};
+    use ptzcal::capi::image::{ptzcal_image, ptzcal_image_init};
+    use ptzcal::capi::spot_detector::{
+        ptzcal_spot_detector_detect, ptzcal_spot_detector_free, ptzcal_spot_detector_new,
+    };
+    use std::ptr::{null, null_mut};
+    let mut rng = ChaCha8Rng::seed_from_u64(14);
+    let mut detector = null_mut();
+    // SAFETY: pointers to what lives here, as the header demands.
+    unsafe { assert!(ptzcal_spot_detector_new(null(), &mut detector, null_mut()) as i32 == 0) };
+    let mut most = 0;
+    for number in 0..8 {
+        let centre = [150.3 + 1.7 * f64::from(number), 100.6];
+        let frames = [Some(centre), None].map(|spot| frame(PixelFormat::Gray8, spot, &mut rng));
+        let [on, off] = frames.each_ref().map(|frame| {
+            let mut image = std::mem::MaybeUninit::<ptzcal_image>::uninit();
+            // SAFETY: it has the size that is said, and is set up by the call.
+            let mut image = unsafe {
+                assert!(ptzcal_image_init(image.as_mut_ptr(), size_of::<ptzcal_image>()) as i32 == 0);
+                image.assume_init()
+            };
+            (image.format, image.width, image.height) = (PixelFormat::Gray8 as u32, SIZE[0], SIZE[1]);
+            (image.plane[0], image.stride[0], image.size[0]) =
+                (frame.data.as_ptr().cast(), SIZE[0] as isize, frame.data.len());
+            image
+        });
+        let mut spot = std::mem::MaybeUninit::<ptzcal_spot>::uninit();
+        let pointers: [*const ptzcal_image; 2] = [&on, &off];
+        // SAFETY: as above.
+        let count = allocations(|| unsafe {
+            assert!(ptzcal_spot_init(spot.as_mut_ptr(), size_of::<ptzcal_spot>()) as i32 == 0);
+            let status =
+                ptzcal_spot_detector_detect(detector, &pointers[0], 1, &pointers[1], 1, spot.as_mut_ptr(), null_mut());
+            assert!(status as i32 == 0);
+        });
+        // SAFETY: set up and written above.
+        let spot = unsafe { spot.assume_init() };
+        assert!((spot.x - centre[0]).hypot(spot.y - centre[1]) < 0.15);
+        if number >= 3 {
+            most = most.max(count);
+        }
+    }
+    // SAFETY: made above, and not used any more.
+    unsafe { ptzcal_spot_detector_free(detector) };
+    assert_eq!(most, 0);
+}

@@ -129,6 +129,34 @@ pub(super) unsafe fn views<'a>(
     images.iter().map(|image| unsafe { view(image.cast()) }).collect()
 }
 
+/// Frames that [`with_views`] takes without an allocation.
+const FEW: usize = 8;
+
+/// As [`views`], for a function that looks at them.
+///
+/// # Safety
+/// As [`views`].
+pub(super) unsafe fn with_views<R>(
+    images: *const *const ptzcal_image,
+    n: usize,
+    name: &'static str,
+    look: impl FnOnce(&[ImageView<'_>]) -> Result<R>,
+) -> Result<R> {
+    if n == 0 || n > FEW {
+        // SAFETY: by this function's contract.
+        return look(&unsafe { views(images, n, name)? });
+    }
+    // SAFETY: by this function's contract; pointers are plain.
+    let images = unsafe { super::args::array(images.cast::<*const c_void>(), n, name)? };
+    // SAFETY: by this function's contract.
+    let at = |i: usize| unsafe { view(images[i].cast()) };
+    let mut few = [at(0)?; FEW];
+    for (i, slot) in few.iter_mut().enumerate().take(n).skip(1) {
+        *slot = at(i)?;
+    }
+    look(&few[..n])
+}
+
 /// Sets up an image view: no planes, no format.
 ///
 /// @param image The struct.

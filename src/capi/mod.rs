@@ -94,6 +94,7 @@ pub mod sift;
 pub mod sift_matching;
 pub mod simulator;
 pub mod site;
+pub mod spot_detector;
 pub mod status;
 pub mod study;
 pub mod sweep;

@@ -93,6 +93,42 @@ static void every_layout(void)
   }
 }
 
+/* Frame after frame, one and ten at a time: the same answers as without memory. */
+static void detector(void)
+{
+  static uint8_t memory[2][(4 * W + 16) * H + H * W];
+  ptzcal_image on, off;
+  const ptzcal_image *many_on[10], *many_off[10];
+  ptzcal_spot_detector *d;
+  ptzcal_spot spot, expected;
+  ptzcal_error *error = NULL;
+  uint32_t format;
+  size_t i, n;
+  CHECK_OK(ptzcal_spot_detector_new(NULL, &d, NULL));
+  CHECK_OK(ptzcal_spot_init(&spot, sizeof spot));
+  CHECK_OK(ptzcal_spot_init(&expected, sizeof expected));
+  for (format = PTZCAL_PIXEL_FORMAT_GRAY8; format <= PTZCAL_PIXEL_FORMAT_I420; format++) {
+    convert(on_gray, format, 13, 0, memory[0], &on);
+    convert(off_gray, format, 5, 0, memory[1], &off);
+    for (i = 0; i < 10; i++) many_on[i] = &on, many_off[i] = &off;
+    for (n = 1; n <= 10; n += 3) {
+      CHECK_OK(ptzcal_spot_detector_detect(d, many_on, n, many_off, n, &spot, NULL));
+      CHECK_OK(ptzcal_detect_spot_averaged(many_on, n, many_off, n, NULL, &expected, NULL));
+      CHECK(memcmp(&spot, &expected, sizeof spot) == 0);
+    }
+  }
+  /* Nothing, and then a spot again. */
+  CHECK_STATUS(PTZCAL_STATUS_NOT_FOUND, ptzcal_spot_detector_detect(d, many_off, 1, many_off, 1, &spot, NULL));
+  CHECK_OK(ptzcal_spot_detector_detect(d, many_on, 1, many_off, 1, &spot, NULL));
+  CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, ptzcal_spot_detector_detect(d, many_on, 0, NULL, 0, &spot, &error));
+  CHECK(strstr(ptzcal_error_message(error), "n_on") != NULL);
+  ptzcal_error_free(error);
+  many_on[1] = NULL;
+  CHECK_STATUS(PTZCAL_STATUS_NULL_POINTER, ptzcal_spot_detector_detect(d, many_on, 2, many_off, 1, &spot, NULL));
+  CHECK_STATUS(PTZCAL_STATUS_NULL_POINTER, ptzcal_spot_detector_detect(d, many_on, 10, many_off, 1, &spot, NULL));
+  ptzcal_spot_detector_free(d);
+}
+
 static void options(void)
 {
   ptzcal_image on, off;
@@ -223,6 +259,7 @@ int main(void)
   paint(on_gray, 1, 1);
   paint(off_gray, 0, 2);
   every_layout();
+  detector();
   options();
   averaged();
   never_a_guess();

@@ -75,6 +75,7 @@ static ptzcal_health fixture_health[1];
 static ptzcal_error *fixture_error;
 static ptzcal_cancel *fixture_cancel;
 static ptzcal_spot_options *fixture_spot_options;
+static ptzcal_spot_detector *fixture_spot_detector;
 static ptzcal_sift_features *fixture_sift_features;
 static ptzcal_picture *fixture_picture;
 static ptzcal_depth_map *fixture_depth_map;
@@ -636,6 +637,7 @@ static inline void make_fixtures(void)
   CHECK_OK(ptzcal_cancel_new(&fixture_cancel, NULL));
   CHECK_STATUS(PTZCAL_STATUS_NULL_POINTER, ptzcal_cancel_new(NULL, &fixture_error));
   CHECK_OK(ptzcal_spot_options_new(&fixture_spot_options, NULL));
+  CHECK_OK(ptzcal_spot_detector_new(fixture_spot_options, &fixture_spot_detector, NULL));
   CHECK_OK(ptzcal_calibration_options_new(&fixture_calibration_options, NULL));
   make_points(fixture_camera, fixture_xyz, fixture_uv, FIXTURE_POINTS, 0.3);
   CHECK_OK(ptzcal_correspondences_new(800, 600, &fixture_correspondences, NULL));
@@ -756,6 +758,7 @@ static inline void free_fixtures(void)
   ptzcal_depth_map_free(fixture_depth_map);
   ptzcal_picture_free(fixture_picture);
   ptzcal_sift_features_free(fixture_sift_features);
+  ptzcal_spot_detector_free(fixture_spot_detector);
   ptzcal_spot_options_free(fixture_spot_options);
   ptzcal_cancel_free(fixture_cancel);
   ptzcal_error_free(fixture_error);

@@ -23,6 +23,7 @@ const TOPICS: &[&str] = &[
     "undistort",
     "rig_model",
     "detect",
+    "spot_detector",
     "chessboard",
     "sift",
     "sift_matching",

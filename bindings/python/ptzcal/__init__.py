@@ -27,7 +27,7 @@ from .camera_files import CameraFormat, NamedCamera, read_camera, read_cameras, 
 from .cancel import Cancel
 from .chessboard import Chessboard, detect_chessboard
 from .cloud import Cloud, CloudNoise, Mesh
-from .detect import LaserColour, Spot, SpotOptions, detect_spot
+from .detect import LaserColour, Spot, SpotDetector, SpotOptions, detect_spot
 from .errors import (
     Cancelled,
     ChessboardAmbiguous,
@@ -211,6 +211,7 @@ __all__ = [
     "Site",
     "Spot",
     "SpotAmbiguous",
+    "SpotDetector",
     "SpotNotFound",
     "SpotOptions",
     "StationPose",

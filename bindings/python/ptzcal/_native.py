@@ -260,6 +260,11 @@ PROTOTYPES: Dict[str, tuple] = {
     "ptzcal_detect_spot_averaged": (
         _status, _images, c_size_t, _images, c_size_t, _handle, _spot, _error_out,
     ),
+    "ptzcal_spot_detector_new": (_status, _handle, _handle_out, _error_out),
+    "ptzcal_spot_detector_free": (None, _handle),
+    "ptzcal_spot_detector_detect": (
+        _status, _handle, _images, c_size_t, _images, c_size_t, _spot, _error_out,
+    ),
     # Detecting chessboards.
     "ptzcal_chessboard_options_init": (_status, _chessboard_options, c_size_t),
     "ptzcal_chessboard_init": (_status, _chessboard, c_size_t),

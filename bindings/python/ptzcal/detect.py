@@ -131,6 +131,44 @@ def detect_spot(
     return Spot._from_struct(spot)
 
 
+class SpotDetector(Handle):
+    """detect_spot for every frame of a stream: memory is kept from frame to frame.
+
+    One thread at a time may use it; have one for each camera.
+    """
+
+    _free = "ptzcal_spot_detector_free"
+
+    def __init__(self, options: Optional[SpotOptions] = None, **settings: Any) -> None:
+        """The settings are those of SpotOptions, in place of `options`."""
+        if settings:
+            if options is not None:
+                raise TypeError("give either options or settings, not both")
+            options = SpotOptions(**settings)
+        self._make(lib.ptzcal_spot_detector_new, None if options is None else options._pointer)
+
+    def detect(
+        self,
+        on: Union[Image, List[Image]],
+        off: Union[Image, List[Image], None] = None,
+        *,
+        format: Union[PixelFormat, str, int, None] = None,
+    ) -> Spot:
+        """As detect_spot."""
+        spot = _native.initial(_structs.ptzcal_spot)
+        on_images, off_images = _views(on, format, "on"), _views(off, format, "off")
+        call(
+            lib.ptzcal_spot_detector_detect,
+            self._pointer,
+            _pointers(on_images),
+            len(on_images),
+            _pointers(off_images),
+            len(off_images),
+            byref(spot),
+        )
+        return Spot._from_struct(spot)
+
+
 def _views(frames: Any, format: Any, name: str) -> List[_structs.ptzcal_image]:
     if frames is None:
         return []

@@ -74,6 +74,20 @@ class Detection(TestCase):
         second = ptzcal.detect_spot(*self.two_spots(), options)
         self.assertEqual((first.x, first.y), (second.x, second.y))
 
+    def test_a_detector_for_many_frames(self):
+        detector = ptzcal.SpotDetector(region=(120, 50, 120, 100))
+        on, off = self.two_spots()
+        expected = ptzcal.detect_spot(on, off, region=(120, 50, 120, 100))
+        for _ in range(3):
+            spot = detector.detect(on, off)
+            self.assertEqual((spot.x, spot.y), (expected.x, expected.y))
+            spot = detector.detect([on, on], [off, off])
+            self.assertClose(spot.centre, expected.centre, atol=0.01)
+        with self.assertRaises(ptzcal.SpotNotFound):
+            detector.detect(off, off)
+        with self.assertRaisesRegex(TypeError, "not both"):
+            ptzcal.SpotDetector(ptzcal.SpotOptions(), max_area=5)
+
     def test_thresholds(self):
         on, off = spot_frames()
         with self.assertRaises(ptzcal.SpotNotFound):
