@@ -1611,6 +1611,65 @@ ptzcal_status ptzcal_detect_spot_averaged(const ptzcal_image *const *on,
                                           ptzcal_error **error) PTZCAL_NOEXCEPT;
 
 /* ================================================================================================
+ * A spot detector for frame after frame
+ *
+ * ptzcal_detect_spot with memory of its own: once it has seen frames like those to come, it allocates no
+ * more for a spot that it finds among up to 8 frames. For hosts that look at every frame of a stream.
+ * ============================================================================================= */
+
+/** A spot detector. One thread at a time may use it; have one for each camera. */
+typedef struct ptzcal_spot_detector ptzcal_spot_detector;
+
+/**
+ * Makes a detector.
+ *
+ * @param options  The options, which are copied; may be NULL: the defaults.
+ * @param detector Receives the detector; free it with ptzcal_spot_detector_free.
+ * @param error    Receives the error; may be NULL.
+ * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: free.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_spot_detector_new(const ptzcal_spot_options *options,
+                                       ptzcal_spot_detector **detector,
+                                       ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/**
+ * Frees a detector.
+ *
+ * @param detector The detector; may be NULL: nothing happens.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+void ptzcal_spot_detector_free(ptzcal_spot_detector *detector) PTZCAL_NOEXCEPT;
+
+/**
+ * Finds the laser's spot, as ptzcal_detect_spot_averaged does: what the detector saw before does not
+ * change the answer.
+ *
+ * @param detector The detector.
+ * @param on       n_on frames with the laser on, all of one size and format.
+ * @param n_on     Number of frames, at least 1.
+ * @param off      n_off frames of the same view with the laser off; may be NULL when n_off is 0.
+ * @param n_off    Number of frames; 0: a much weaker search, without a background.
+ * @param spot     Receives the spot; set up by ptzcal_spot_init.
+ * @param error    Receives the error; may be NULL.
+ * @return As ptzcal_detect_spot; PTZCAL_STATUS_BUSY.
+ *
+ * Threads: exclusive.
+ * Since 0.1.0.
+ */
+ptzcal_status ptzcal_spot_detector_detect(ptzcal_spot_detector *detector,
+                                          const ptzcal_image *const *on,
+                                          size_t n_on,
+                                          const ptzcal_image *const *off,
+                                          size_t n_off,
+                                          ptzcal_spot *spot,
+                                          ptzcal_error **error) PTZCAL_NOEXCEPT;
+
+/* ================================================================================================
  * Detecting chessboards
  *
  * Finds the inner corners of a chessboard, where four squares meet, in one image. A board of c x r

@@ -73,6 +73,7 @@ class picture;
 class depth_map;
 class undistorter;
 class spot_options;
+class spot_detector;
 class sift_features;
 class correspondences;
 class calibration_options;
@@ -713,6 +714,28 @@ class spot_options : public detail::handle<ptzcal_spot_options, ptzcal_spot_opti
   //   ratio: Above 0, at most 1; the default is 0.5.
   // C: ptzcal_spot_options_set_ambiguity_ratio
   outcome<void> set_ambiguity_ratio(double ratio);
+};
+
+class spot_detector : public detail::handle<ptzcal_spot_detector, ptzcal_spot_detector_free> {
+ public:
+  using handle::handle;
+  spot_detector() noexcept = default;
+#ifndef PTZCAL_NO_EXCEPTIONS
+  explicit spot_detector(ptzcal::optional_ref<ptzcal::spot_options> options = {}) : spot_detector(make(options)) {}
+#endif
+
+  // Makes a detector.
+  //   options: The options, which are copied; may be left out: the defaults.
+  // C: ptzcal_spot_detector_new
+  static outcome<ptzcal::spot_detector> make(ptzcal::optional_ref<ptzcal::spot_options> options = {});
+
+  // Finds the laser's spot, as ptzcal_detect_spot_averaged does: what the detector saw before does
+  // not change the answer.
+  //   on: n_on frames with the laser on, all of one size and format.
+  //   off: n_off frames of the same view with the laser off; may be left out when n_off is 0.
+  // C: ptzcal_spot_detector_detect
+  outcome<ptzcal::spot> detect(ptzcal::view<const ptzcal::image> on = {},
+      ptzcal::view<const ptzcal::image> off = {});
 };
 
 class sift_features : public detail::handle<ptzcal_sift_features, ptzcal_sift_features_free> {
@@ -4161,6 +4184,30 @@ inline outcome<ptzcal::spot> detect_spot_averaged(ptzcal::view<const ptzcal::ima
   ptzcal::spot spot_;
   const auto code_ = ptzcal_detect_spot_averaged(on_.data(), n_on_, off_.data(), n_off_,
       detail::pointer(options), &spot_, call_.error());
+  return call_.finish(code_, std::move(spot_));
+}
+
+inline outcome<ptzcal::spot_detector> spot_detector::make(ptzcal::optional_ref<ptzcal::spot_options> options)
+{
+  detail::call call_;
+  ptzcal_spot_detector *detector_ = nullptr;
+  const auto code_ = ptzcal_spot_detector_new(detail::pointer(options), &detector_, call_.error());
+  return call_.finish(code_, ptzcal::spot_detector(detector_));
+}
+
+inline outcome<ptzcal::spot> spot_detector::detect(ptzcal::view<const ptzcal::image> on,
+    ptzcal::view<const ptzcal::image> off)
+{
+  detail::call call_;
+  const std::size_t n_on_ = on.size();
+  const std::size_t n_off_ = off.size();
+  std::vector<const ptzcal_image *> on_;
+  for (const auto &image_ : on) on_.push_back(&image_);
+  std::vector<const ptzcal_image *> off_;
+  for (const auto &image_ : off) off_.push_back(&image_);
+  ptzcal::spot spot_;
+  const auto code_ = ptzcal_spot_detector_detect(get(), on_.data(), n_on_, off_.data(), n_off_, &spot_,
+      call_.error());
   return call_.finish(code_, std::move(spot_));
 }
 
