@@ -13,15 +13,12 @@ use crate::calibrate::weakness::scaled;
 use crate::error::{Degeneracy, Error, Result};
 
 const MAX_ROUNDS: usize = 20;
-/// Squared step, in standard deviations of all unknowns together, at which the outliers are looked at
-/// again: residuals then move by far less than their noise. And the end.
-const PROVISIONAL: f64 = 1.0;
+/// Squared step in standard deviations at which the outliers are looked at again, and the end.
+const PROVISIONAL: f64 = 1e-4;
 const FINAL: f64 = 1e-9;
-/// Of the first step, and the least.
-const FIRST_DAMPING: f64 = 1e-4;
-const LEAST_DAMPING: f64 = 1e-12;
-/// Condition of the normal equations at unit diagonal beyond which a direction is not determined.
-const MAX_CONDITION: f64 = 1e14;
+/// Information that is left of a parameter at unit diagonal, inverted, beyond which it is not determined: rounding
+/// alone leaves 1e-13 to 1e-16 of a direction that the data do not have.
+const MAX_CONDITION: f64 = 1e12;
 
 /// Solves a survey: all free parameters with their covariance.
 ///
@@ -41,30 +38,28 @@ pub fn adjust(input: &Adjustment, options: &AdjustOptions) -> Result<Adjusted> {
     let mut problem = Problem::new(input, &layout, &state, options)?;
     let mut used = vec![true; problem.views.len()];
     let mut factor = 1.0;
-    let mut search = Search { tolerance: PROVISIONAL, damping: FIRST_DAMPING, iterations: 0 };
+    let mut iterations = 0;
     for round in 0..MAX_ROUNDS {
         let distances = outliers::distances(&problem, &state, &used);
-        // Before the first solution all is provisional.
-        let mut settled = round > 0;
         if options.robust {
             factor = outliers::noise_factor(&distances, &problem, &used);
             let next = outliers::classify(&distances, &problem, &used, factor, round == 0);
-            settled &= next == used;
+            // Before the first solution all is provisional.
+            if round > 0 && next == used {
+                break;
+            }
             used = next;
         } else {
             outliers::demand_all(&distances, &problem)?;
-        }
-        if settled && search.tolerance == FINAL {
-            break;
+            if round > 0 {
+                break;
+            }
         }
         demand_enough(&problem, &used)?;
-        if settled || !options.robust || round + 1 == MAX_ROUNDS {
-            search.tolerance = FINAL;
-        }
         problem.huber = options.huber * factor;
-        state = search.minimise(&problem, state, &used, options)?;
+        state = minimise(&problem, state, &used, PROVISIONAL, options, &mut iterations)?;
     }
-    let iterations = search.iterations;
+    state = minimise(&problem, state, &used, FINAL, options, &mut iterations)?;
     finish(&problem, state, used, factor, iterations, options)
 }
 
@@ -123,56 +118,48 @@ fn no_convergence(iterations: usize, detail: impl Into<String>) -> Error {
     Error::NoConvergence { iterations, detail: detail.into() }
 }
 
-/// Levenberg-Marquardt that is taken up again after every look at the outliers.
-struct Search {
-    /// Squared length of a step, in standard deviations, that ends it.
+/// Levenberg-Marquardt until the step's squared length in standard deviations is below `tolerance`.
+fn minimise(
+    problem: &Problem<'_>,
+    mut state: State,
+    used: &[bool],
     tolerance: f64,
-    /// Kept from one turn to the next: from too much of it the least determined directions creep.
-    damping: f64,
-    iterations: usize,
-}
-
-impl Search {
-    fn minimise(
-        &mut self,
-        problem: &Problem<'_>,
-        mut state: State,
-        used: &[bool],
-        options: &AdjustOptions,
-    ) -> Result<State> {
-        let mut system = problem
-            .linearise(&state, used)
-            .ok_or_else(|| no_convergence(0, "a spot cannot be predicted at the first estimate"))?;
-        for _ in 0..options.max_iterations {
-            options.cancel.check()?;
-            self.iterations += 1;
-            let next = damped_step(&system, self.damping).and_then(|step| {
-                let next = stepped(problem, &state, &system, &step)?;
-                Some((next, squared_length(&system, &step, self.damping)))
-            });
-            // Far below the noise, and no longer to be told from rounding in the cost.
-            if let Some((next, length)) = &next
-                && self.damping < 1e-2
-                && *length <= self.tolerance.max(1e-13 * system.cost)
-            {
-                return Ok(next.clone());
-            }
-            let better = next.and_then(|(next, _)| {
-                let system_there = problem.linearise(&next, used)?;
-                (system_there.cost <= system.cost).then_some((next, system_there))
-            });
-            if let Some(better) = better {
-                (state, system) = better;
-                self.damping = (self.damping * 0.1).max(LEAST_DAMPING);
-            } else {
-                self.damping *= 10.0;
-                if self.damping > 1e12 {
-                    break;
-                }
+    options: &AdjustOptions,
+    iterations: &mut usize,
+) -> Result<State> {
+    let mut system = problem
+        .linearise(&state, used)
+        .ok_or_else(|| no_convergence(0, "a spot cannot be predicted at the first estimate"))?;
+    let mut damping = 1e-4;
+    for _ in 0..options.max_iterations {
+        options.cancel.check()?;
+        *iterations += 1;
+        let next = damped_step(&system, damping).and_then(|step| {
+            let next = stepped(problem, &state, &system, &step)?;
+            Some((next, squared_length(&system, &step, damping)))
+        });
+        // Far below the noise, and no longer to be told from rounding in the cost.
+        if let Some((next, length)) = &next
+            && damping < 1e-2
+            && *length <= tolerance.max(1e-13 * system.cost)
+        {
+            return Ok(next.clone());
+        }
+        let better = next.and_then(|(next, _)| {
+            let system_there = problem.linearise(&next, used)?;
+            (system_there.cost <= system.cost).then_some((next, system_there))
+        });
+        if let Some(better) = better {
+            (state, system) = better;
+            damping = (damping * 0.1).max(1e-12);
+        } else {
+            damping *= 10.0;
+            if damping > 1e12 {
+                break;
             }
         }
-        Err(no_convergence(self.iterations, format!("cost {:.6e}, damping {:.1e}", system.cost, self.damping)))
     }
+    Err(no_convergence(*iterations, format!("cost {:.6e}, damping {damping:.1e}", system.cost)))
 }
 
 /// The state after a step of the columns and what goes with it for every shot.
