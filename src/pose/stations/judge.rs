@@ -40,15 +40,22 @@ impl Verdict {
         (self.met as f64 - 2.0 * self.crossed as f64) / self.asked.max(1) as f64
     }
 
-    /// A bound on the probability that chance contradicts another pose of the same views so much more often than
-    /// this one, if it is as good. Then a witness contradicts either with equal probability, and a sum of numbers
-    /// d of random signs exceeds s with a probability of no more than exp(-s^2 / (2 sum d^2)) (Hoeffding,
-    /// "Probability inequalities for sums of bounded random variables", JASA 1963). Where surfaces meet tells
-    /// less: poses whose stations are close to each other see more of the same.
+    /// The probability that chance contradicts another pose of the same views in so many more places than this
+    /// one, if it is as good: each witness that prefers one of them then prefers either with equal probability
+    /// (the sign test; Dixon and Mood, JASA 1946). How loudly it says so is not counted, for places near each
+    /// other are wrong together. Where surfaces meet tells less: poses whose stations are close to each other see
+    /// more of the same.
     pub fn chance_over(&self, other: &Self) -> f64 {
-        let against = || other.witnesses.iter().zip(&self.witnesses).map(|(q, p)| f64::from(*q) - f64::from(*p));
-        let (sum, squares) = against().fold((0.0, 0.0), |(s, q), d| (s + d, q + d * d));
-        if sum > 0.0 { (-sum * sum / (2.0 * squares)).exp() } else { 1.0 }
+        let witnesses = || other.witnesses.iter().zip(&self.witnesses);
+        let for_this = witnesses().filter(|(q, p)| q > p).count();
+        let all = for_this + witnesses().filter(|(q, p)| q < p).count();
+        // P(Binomial(all, 1/2) >= for_this), terms from the top.
+        let (mut term, mut tail) = (0.5f64.powi(all as i32), 0.0);
+        for k in 0..=all - for_this {
+            tail += term;
+            term *= (all - k) as f64 / (k + 1) as f64;
+        }
+        tail.min(1.0)
     }
 }
 

@@ -40,8 +40,8 @@ const STRICTER: f64 = 0.25;
 /// least so much of what a wrong one with nearer stations does.
 const FAR_WORSE: f64 = 0.7;
 /// Chance below which it is no luck that another pose is contradicted more often. A room has a handful of poses
-/// that are alike, so that of pairs of stations that nothing tells apart one in a thousand may be linked wrongly.
-const LUCK: f64 = 1e-4;
+/// that are alike, so that of pairs of stations that nothing tells apart one in a hundred may be linked wrongly.
+const LUCK: f64 = 1e-3;
 /// Probability below which the planes' differences contradict their covariances.
 const BEYOND_CHANCE: f64 = 1e-3;
 
