@@ -721,7 +721,7 @@ class spot_detector : public detail::handle<ptzcal_spot_detector, ptzcal_spot_de
   using handle::handle;
   spot_detector() noexcept = default;
 #ifndef PTZCAL_NO_EXCEPTIONS
-  explicit spot_detector(ptzcal::optional_ref<ptzcal::spot_options> options = {}) : spot_detector(make(options)) {}
+  explicit spot_detector(ptzcal::optional_ref<ptzcal::spot_options> options) : spot_detector(make(options)) {}
 #endif
 
   // Makes a detector.
