@@ -13,7 +13,7 @@
 //! cloud                              clouds and surfaces
 //! device  sim                        the ports (traits) and what implements them
 //! geometry  image  draw  format      foundations: pure data, maths, pictures and files
-//! control  error                     cancel, progress, log; the error type
+//! control  error  vectors            cancel, progress, log; the error type; loops for wide vectors
 //! ```
 //!
 //! Conventions everywhere: metres, radians, seconds, pixels. Camera frame x right, y down,
@@ -49,5 +49,6 @@ pub mod rig;
 pub mod rig_calibration;
 pub mod sim;
 pub mod study;
+pub(crate) mod vectors;
 
 pub use error::{Error, Result};

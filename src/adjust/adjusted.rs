@@ -267,7 +267,7 @@ impl Adjusted {
             }
         }
         let c = &self.solution.covariance;
-        let at = |i: usize, j: usize| columns[i].zip(columns[j]).map_or(0.0, |(i, j)| 0.5 * (c[(i, j)] + c[(j, i)]));
+        let at = |i: usize, j: usize| columns[i].zip(columns[j]).map_or(0.0, |(i, j)| c[(i, j)]);
         DMatrix::from_fn(columns.len(), columns.len(), at)
     }
 

@@ -197,7 +197,7 @@ pub(super) fn covariance(h: &Mat<f64>) -> Option<DMatrix<f64>> {
     let inverse = a.llt(Side::Lower).ok()?.solve(Mat::<f64>::identity(n, n));
     // 1 / variance at unit diagonal is what is left of a parameter's information beside the others.
     let lost = (0..n).any(|i| inverse[(i, i)].is_nan() || inverse[(i, i)] > MAX_CONDITION);
-    let symmetric = |i: usize, j: usize| 0.5 * (inverse[(i, j)] + inverse[(j, i)]) * scale[i] * scale[j];
+    let symmetric = |i: usize, j: usize| 0.5 * (inverse[(i, j)] + inverse[(j, i)]) * (scale[i] * scale[j]);
     (!lost).then(|| DMatrix::from_fn(n, n, symmetric))
 }
 

@@ -2,8 +2,7 @@
 //! equations. Where the time of every adjustment goes.
 //!
 //! Numbers lie in lanes, one point each, so that the compiler works on as many at once as the processor
-//! can; the loops are compiled once for AVX2 and once for whatever the target has. Neither path fuses
-//! multiplication and addition or reorders a sum: both give the same bits.
+//! can: see [`crate::vectors`].
 #![allow(unsafe_code)]
 
 use nalgebra::{Matrix2, Vector2, Vector4};
@@ -11,6 +10,7 @@ use nalgebra::{Matrix2, Vector2, Vector4};
 use super::freedom::{ALL, CENTRE, DISTORTION, ROTATION, Unknown, full_jacobian};
 use crate::geometry::distortion::MIN_LENGTH;
 use crate::geometry::{Camera, Distortion, Intrinsics, Rigid};
+use crate::vectors::for_each_processor;
 
 /// Points of a block.
 pub(crate) const LANES: usize = 32;
@@ -150,39 +150,7 @@ impl Products {
     }
 }
 
-/// Defines functions that are compiled for AVX2 too.
-macro_rules! in_wide_vectors {
-    ($($(#[$doc:meta])* fn $name:ident($($arg:ident: $type:ty),* $(,)?) $body:block)*) => { $(
-        $(#[$doc])*
-        fn $name($($arg: $type),*) {
-            #[inline(always)]
-            fn body($($arg: $type),*) $body
-            #[cfg(target_arch = "x86_64")]
-            {
-                #[target_feature(enable = "avx2")]
-                fn avx2($($arg: $type),*) {
-                    body($($arg),*)
-                }
-                if wide() {
-                    // SAFETY: the processor has the feature.
-                    return unsafe { avx2($($arg),*) };
-                }
-            }
-            body($($arg),*)
-        }
-    )* };
-}
-
-#[cfg(target_arch = "x86_64")]
-fn wide() -> bool {
-    #[cfg(test)]
-    if tests::BASELINE.get() {
-        return false;
-    }
-    is_x86_feature_detected!("avx2")
-}
-
-in_wide_vectors! {
+for_each_processor! {
     /// [`Camera::project_homogeneous`] of every lane with a Brown-Conrady lens, whitened.
     fn project(block: &mut Block, pose: &Rigid, k: &Intrinsics, lens: &[f64; 5]) {
         let (r, t) = (&pose.rotation, &pose.translation);
@@ -279,17 +247,11 @@ in_wide_vectors! {
 
 #[cfg(test)]
 mod tests {
-    use std::cell::Cell;
-
     use nalgebra::Vector3;
 
     use super::*;
     use crate::geometry::rigid::exp;
-
-    thread_local! {
-        /// As on a processor without AVX2.
-        pub static BASELINE: Cell<bool> = const { Cell::new(false) };
-    }
+    use crate::vectors::tests::of_each_processor;
 
     fn camera(distortion: Distortion) -> Camera {
         let pose = Rigid { rotation: exp(&Vector3::new(0.05, -0.2, 0.1)), translation: Vector3::new(0.1, -0.05, 0.3) };
@@ -377,8 +339,8 @@ mod tests {
     }
 
     #[test]
-    fn wide_vectors_give_the_same_bits() {
-        let bits = || {
+    fn every_processor_gives_the_same_bits() {
+        let results = of_each_processor(|| {
             let block = filled(&camera(lenses()[1]), 30);
             let mut sums = Products::new(11);
             let unknowns: Vec<Unknown> = (0..11).map(|parameter| Unknown { parameter, tied: None }).collect();
@@ -386,12 +348,8 @@ mod tests {
             sums.add();
             let rows = block.rows.iter().flatten().flatten().chain(sums.sums.iter().flatten());
             rows.map(|x| x.to_bits()).collect::<Vec<_>>()
-        };
-        let wide = bits();
-        BASELINE.set(true);
-        let baseline = bits();
-        BASELINE.set(false);
-        assert!(wide == baseline);
+        });
+        assert!(results.iter().all(|bits| *bits == results[0]));
     }
 
     #[test]

@@ -10,7 +10,6 @@ pub mod photometry;
 pub mod pixel_format;
 pub mod pyramid;
 pub mod undistort;
-pub mod vectors;
 pub mod view;
 
 pub use depth::{DepthMap, DepthNoise, InverseDepth};

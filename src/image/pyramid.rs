@@ -2,8 +2,8 @@
 //! before, the mean of 2 x 2 pixels.
 #![allow(unsafe_code)]
 
-use super::vectors::for_each_processor;
 use super::{ImageView, PixelFormat};
+use crate::vectors::for_each_processor;
 
 /// A grey image: rows of one byte a pixel.
 #[derive(Debug, Clone)]

@@ -54,6 +54,7 @@ pub trait Kernel {
 pub fn run_widest(kernel: impl Kernel) {
     #[cfg(target_arch = "x86_64")]
     {
+        use crate::vectors::{Vectors, widest};
         #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
         fn avx512(kernel: impl Kernel) {
             kernel.run();
@@ -62,17 +63,12 @@ pub fn run_widest(kernel: impl Kernel) {
         fn avx2(kernel: impl Kernel) {
             kernel.run();
         }
-        let wide = is_x86_feature_detected!("avx512f")
-            && is_x86_feature_detected!("avx512bw")
-            && is_x86_feature_detected!("avx512dq")
-            && is_x86_feature_detected!("avx512vl");
-        if wide {
+        match widest() {
             // SAFETY: the processor has the features.
-            return unsafe { avx512(kernel) };
-        }
-        if is_x86_feature_detected!("avx2") {
+            Vectors::Avx512 => return unsafe { avx512(kernel) },
             // SAFETY: the processor has the feature.
-            return unsafe { avx2(kernel) };
+            Vectors::Avx2 => return unsafe { avx2(kernel) },
+            Vectors::Baseline => {}
         }
     }
     kernel.run();

@@ -106,10 +106,7 @@ def detect_spot(
 
     Raises SpotNotFound or SpotAmbiguous: there is never a guess.
     """
-    if settings:
-        if options is not None:
-            raise TypeError("give either options or settings, not both")
-        options = SpotOptions(**settings)
+    options = _either(options, settings)
     chosen = None if options is None else options._pointer
     spot = _native.initial(_structs.ptzcal_spot)
     if isinstance(on, list) or isinstance(off, list):
@@ -141,10 +138,7 @@ class SpotDetector(Handle):
 
     def __init__(self, options: Optional[SpotOptions] = None, **settings: Any) -> None:
         """The settings are those of SpotOptions, in place of `options`."""
-        if settings:
-            if options is not None:
-                raise TypeError("give either options or settings, not both")
-            options = SpotOptions(**settings)
+        options = _either(options, settings)
         self._make(lib.ptzcal_spot_detector_new, None if options is None else options._pointer)
 
     def detect(
@@ -167,6 +161,12 @@ class SpotDetector(Handle):
             byref(spot),
         )
         return Spot._from_struct(spot)
+
+
+def _either(options: Optional[SpotOptions], settings: Any) -> Optional[SpotOptions]:
+    if settings and options is not None:
+        raise TypeError("give either options or settings, not both")
+    return SpotOptions(**settings) if settings else options
 
 
 def _views(frames: Any, format: Any, name: str) -> List[_structs.ptzcal_image]:

@@ -11,9 +11,9 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::image::exponential::exponential;
 use crate::image::pyramid::Grey;
-use crate::image::vectors::for_each_processor;
+use crate::vectors::for_each_processor;
 
-/// Pixels that are worked on together, see [`crate::image::vectors`].
+/// Pixels that are worked on together, see [`crate::vectors`].
 const LANES: usize = 8;
 type Lanes = [f64; LANES];
 

@@ -4,11 +4,11 @@
 //! levels.
 //!
 //! All arithmetic is on bytes, row by row, compiled for the processor at hand: see
-//! [`crate::image::vectors`].
+//! [`crate::vectors`].
 #![allow(unsafe_code)]
 
 use crate::image::pyramid::Grey;
-use crate::image::vectors::for_each_processor;
+use crate::vectors::for_each_processor;
 
 /// Of the ring.
 pub const RADIUS: usize = 3;

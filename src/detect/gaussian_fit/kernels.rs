@@ -1,9 +1,9 @@
-//! The sums over a patch's pixels: see [`crate::image::vectors`].
+//! The sums over a patch's pixels: see [`crate::vectors`].
 #![allow(unsafe_code)]
 
 use super::{FOOT_ERROR, HUBER, LANES, MODEL_ERROR, Model, Patch};
 use crate::image::exponential::exponential;
-use crate::image::vectors::for_each_processor;
+use crate::vectors::for_each_processor;
 
 type Lanes = [f64; LANES];
 

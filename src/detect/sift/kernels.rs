@@ -1,9 +1,9 @@
 //! The loops where the time goes, compiled for the processor at hand.
 //!
-//! The same bits on every processor: see [`crate::image::vectors`].
+//! The same bits on every processor: see [`crate::vectors`].
 #![allow(unsafe_code)]
 
-use crate::image::vectors::for_each_processor;
+use crate::vectors::for_each_processor;
 
 /// Columns that are worked on together; rows are padded to a multiple of it.
 pub const LANES: usize = 64;

@@ -6,8 +6,8 @@ use rand_core::{Rng, SeedableRng};
 
 use super::*;
 use crate::error::Status;
-use crate::image::vectors::tests::of_each_processor;
 use crate::image::{Image, PixelFormat};
+use crate::vectors::tests::of_each_processor;
 
 /// x, y, standard deviation (pixels) and height (grey levels) of a Gaussian.
 type Blob = [f64; 4];

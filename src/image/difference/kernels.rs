@@ -1,9 +1,9 @@
-//! The loops over the pixels: see [`crate::image::vectors`].
+//! The loops over the pixels: see [`crate::vectors`].
 #![allow(unsafe_code)]
 
 use super::{BRIGHTER, CHUNK, DARKER, Gate, UNIT};
 use crate::image::photometry::{Limits, Photometry};
-use crate::image::vectors::for_each_processor;
+use crate::vectors::for_each_processor;
 
 /// Sums that are kept apart.
 const LANES: usize = 32;

@@ -156,7 +156,7 @@ impl Gate {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image::vectors::tests::of_each_processor;
+    use crate::vectors::tests::of_each_processor;
     use rand_chacha::ChaCha8Rng;
     use rand_core::{Rng, SeedableRng};
 

@@ -1,10 +1,10 @@
-//! The loops over the sample: see [`crate::image::vectors`].
+//! The loops over the sample: see [`crate::vectors`].
 #![allow(unsafe_code)]
 
 use super::noise::{BIN_WIDTH, BINS, CELLS, Cell, Cells, LAGS};
 use super::sample::{Block, LANES, RUN};
 use super::{CLIPPED, Limits, Photometry};
-use crate::image::vectors::for_each_processor;
+use crate::vectors::for_each_processor;
 
 /// Sums of the regression that are kept apart.
 const SUMS: usize = 8;

@@ -106,9 +106,8 @@ fn class(c: &str, closes: bool, calls: &[Call]) -> String {
             let one = if bodies::inputs(new).len() == 1 { "explicit " } else { "" };
             let names: Vec<&str> = bodies::inputs(new).iter().map(|a| a.c.name.as_str()).collect();
             // Where all may be left out, leaving all out means the empty handle, not a new one.
-            let defaults = parameters(new, true);
-            let all_optional = defaults.split(',').next().is_some_and(|first| first.contains(" = "));
-            let arguments = if all_optional { parameters(new, false) } else { defaults };
+            let all_optional = bodies::inputs(new).iter().all(|a| default(a).is_some());
+            let arguments = parameters(new, !all_optional);
             let signature = format!("  {one}{name}({arguments}) : {name}(make({})) {{}}", names.join(", "));
             format!("  {name}() noexcept = default;\n#ifndef PTZCAL_NO_EXCEPTIONS\n{}#endif\n", wrap(&signature))
         }

@@ -44,7 +44,7 @@ macro_rules! for_each_processor {
             fn body($($arg: $type),*) $(-> $result)? $body
             #[cfg(target_arch = "x86_64")]
             {
-                use $crate::image::vectors::{Vectors, widest};
+                use $crate::vectors::{Vectors, widest};
                 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
                 #[allow(clippy::too_many_arguments)]
                 fn avx512($($arg: $type),*) $(-> $result)? {
