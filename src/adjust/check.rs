@@ -20,11 +20,11 @@ pub(super) fn check(problem: &Problem<'_>, solution: &Solution, data_chi2: f64) 
     let mut chi2 = data_chi2;
     let mut warnings = Vec::new();
     for prior in &layout.priors {
-        let offset = prior.offset(problem.input, &solution.state);
+        let (offset, _) = prior.offset(problem.input, &solution.state);
         let distance = offset.dot(&(&prior.information * &offset));
-        rows += prior.columns.len();
+        rows += offset.len();
         chi2 += distance;
-        if upper_tail(distance, prior.columns.len() as f64) < SUSPECT {
+        if upper_tail(distance, offset.len() as f64) < SUSPECT {
             let owner = match prior.group {
                 Group::Rig => "the rig".to_owned(),
                 Group::Station(i) => format!("station {i}"),

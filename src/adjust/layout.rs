@@ -6,7 +6,7 @@ use super::problem::{Adjustment, CameraSetup, camera_name, compact_rows, plane_n
 use crate::calibrate::CalibrationOptions;
 use crate::calibrate::freedom::{self, Freedom};
 use crate::error::Result;
-use crate::geometry::rigid::{exp, log, nearest_rotation};
+use crate::geometry::rigid::{exp, log, log_by_turn, nearest_rotation};
 use crate::geometry::{Camera, Plane, RIG_PARAMETERS, RigModel, Rigid};
 
 /// The unknowns' values at one iteration.
@@ -34,11 +34,13 @@ pub(super) struct CameraColumns {
 /// A prior on some columns: x ~ N(mean, information^-1).
 #[derive(Debug, Clone)]
 pub(super) struct ColumnPrior {
-    pub columns: Vec<usize>,
+    /// Parameters of the group that something is believed of, and their information.
+    pub parameters: Vec<usize>,
     pub information: DMatrix<f64>,
     pub group: Group,
-    /// Parameters of the group, one for each column.
-    parameters: Vec<usize>,
+    /// Columns that move them, each with its parameter: their own, and all free ones of a rotation, whose
+    /// vector changes with each turn.
+    pub columns: Vec<(usize, usize)>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,6 +48,17 @@ pub(super) enum Group {
     Rig,
     Station(usize),
     Camera(usize),
+}
+
+impl Group {
+    /// Its parameters that are a rotation's vector.
+    fn rotation(self) -> std::ops::Range<usize> {
+        match self {
+            Self::Rig => 0..0,
+            Self::Station(_) => 0..3,
+            Self::Camera(_) => freedom::ROTATION..freedom::CENTRE,
+        }
+    }
 }
 
 #[derive(Debug, Clone)]
@@ -73,16 +86,15 @@ impl Layout {
             planes: Vec::new(),
             priors: Vec::new(),
         };
-        let columns: Vec<usize> = belief.held.iter().filter_map(|p| layout.rig.iter().position(|r| r == p)).collect();
-        layout.add_prior(Group::Rig, &belief.held, columns, &belief.information);
+        let columns: Vec<(usize, usize)> = layout.rig.iter().copied().enumerate().collect();
+        layout.add_prior(Group::Rig, belief.held, &columns, &belief.information);
         for (index, station) in input.stations().iter().enumerate() {
             let belief = station.prior.belief(|i| station_name(index, i))?;
             let free: Vec<usize> = (0..6).filter(|i| belief.free[*i]).collect();
             let first = layout.count;
             layout.count += free.len();
-            let columns: Vec<usize> =
-                belief.held.iter().filter_map(|p| free.iter().position(|f| f == p)).map(|c| first + c).collect();
-            layout.add_prior(Group::Station(index), &belief.held, columns, &belief.information);
+            let columns: Vec<(usize, usize)> = free.iter().enumerate().map(|(c, p)| (first + c, *p)).collect();
+            layout.add_prior(Group::Station(index), belief.held, &columns, &belief.information);
             layout.stations.push((first, free));
         }
         for (index, setup) in input.cameras().iter().enumerate() {
@@ -106,11 +118,11 @@ impl Layout {
             held = Some((parameters, spread(&belief.information, coefficients)));
         }
         self.count += freedom.count();
-        if let Some((parameters, information)) = held {
-            let place = |p: &usize| freedom.unknowns.iter().position(|u| u.parameter == *p);
-            let (parameters, columns): (Vec<usize>, Vec<usize>) =
-                parameters.iter().filter_map(|p| Some((*p, first + place(p)?))).unzip();
-            self.add_prior(Group::Camera(index), &parameters, columns, &information);
+        if let Some((mut parameters, information)) = held {
+            let columns: Vec<(usize, usize)> =
+                freedom.unknowns.iter().enumerate().map(|(k, u)| (first + k, u.parameter)).collect();
+            parameters.retain(|p| columns.iter().any(|(_, own)| own == p));
+            self.add_prior(Group::Camera(index), parameters, &columns, &information);
         }
         self.cameras.push(CameraColumns { first, freedom });
         Ok(())
@@ -123,13 +135,18 @@ impl Layout {
         }
     }
 
-    fn add_prior(&mut self, group: Group, parameters: &[usize], columns: Vec<usize>, all: &DMatrix<f64>) {
-        if columns.is_empty() {
+    /// `columns`: all of the group, each with its parameter.
+    fn add_prior(&mut self, group: Group, held: Vec<usize>, columns: &[(usize, usize)], all: &DMatrix<f64>) {
+        if held.is_empty() {
             return;
         }
-        let n = parameters.len();
-        let information = DMatrix::from_fn(n, n, |i, j| all[(parameters[i], parameters[j])]);
-        self.priors.push(ColumnPrior { columns, information, group, parameters: parameters.to_vec() });
+        let n = held.len();
+        let information = DMatrix::from_fn(n, n, |i, j| all[(held[i], held[j])]);
+        let turn = group.rotation();
+        let turns = held.iter().any(|p| turn.contains(p));
+        let moves = |p: &usize| held.contains(p) || (turns && turn.contains(p));
+        let columns = columns.iter().filter(|(_, p)| moves(p)).copied().collect();
+        self.priors.push(ColumnPrior { parameters: held, information, group, columns });
     }
 
     /// Names of all columns.
@@ -167,9 +184,26 @@ pub(super) fn options(setup: &CameraSetup) -> CalibrationOptions {
 }
 
 impl ColumnPrior {
-    /// Values minus the prior's mean.
-    pub fn offset(&self, input: &Adjustment, state: &State) -> DVector<f64> {
-        let all: Vec<f64> = match self.group {
+    /// Values minus the prior's mean, and their derivatives by the columns.
+    pub fn offset(&self, input: &Adjustment, state: &State) -> (DVector<f64>, DMatrix<f64>) {
+        let all = self.group_offset(input, state);
+        let offset = DVector::from_iterator(self.parameters.len(), self.parameters.iter().map(|p| all[*p]));
+        let turn = self.group.rotation();
+        let by_turn = log_by_turn(&Vector3::from_iterator(all[turn.clone()].iter().copied().chain([0.0; 3])));
+        let by_columns = DMatrix::from_fn(self.parameters.len(), self.columns.len(), |i, j| {
+            let (p, q) = (self.parameters[i], self.columns[j].1);
+            if turn.contains(&p) && turn.contains(&q) {
+                by_turn[(p - turn.start, q - turn.start)]
+            } else {
+                f64::from(u8::from(p == q))
+            }
+        });
+        (offset, by_columns)
+    }
+
+    /// Of all parameters of the group.
+    fn group_offset(&self, input: &Adjustment, state: &State) -> Vec<f64> {
+        match self.group {
             Group::Rig => {
                 let (now, mean) = (state.rig.parameters(), input.rig().parameters());
                 now.iter().zip(&mean).map(|(a, b)| a - b).collect()
@@ -189,8 +223,7 @@ impl ColumnPrior {
                 all[freedom::CENTRE..].copy_from_slice((now.centre() - mean.centre()).as_slice());
                 all
             }),
-        };
-        DVector::from_iterator(self.parameters.len(), self.parameters.iter().map(|p| all[*p]))
+        }
     }
 }
 

@@ -395,13 +395,15 @@ impl<'a> Problem<'a> {
 
     fn add_priors(&self, state: &State, h: &mut Mat<f64>, g: &mut [f64], cost: &mut f64) {
         for prior in &self.layout.priors {
-            let offset = prior.offset(self.input, state);
+            let (offset, by_columns) = prior.offset(self.input, state);
             let pull = &prior.information * &offset;
             *cost += offset.dot(&pull);
-            for (i, &ci) in prior.columns.iter().enumerate() {
+            let pull = by_columns.tr_mul(&pull);
+            let information = by_columns.tr_mul(&(&prior.information * &by_columns));
+            for (i, &(ci, _)) in prior.columns.iter().enumerate() {
                 g[ci] -= pull[i];
-                for (j, &cj) in prior.columns.iter().enumerate().take(i + 1) {
-                    h[(ci.max(cj), ci.min(cj))] += prior.information[(i, j)];
+                for (j, &(cj, _)) in prior.columns.iter().enumerate().take(i + 1) {
+                    h[(ci.max(cj), ci.min(cj))] += information[(i, j)];
                 }
             }
         }

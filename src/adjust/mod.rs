@@ -18,6 +18,8 @@ mod prior;
 mod problem;
 mod solve;
 mod start;
+#[cfg(test)]
+mod tests;
 mod tile;
 mod weakness;
 

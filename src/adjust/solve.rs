@@ -163,7 +163,7 @@ fn minimise(
 }
 
 /// The state after a step of the columns and what goes with it for every shot.
-fn stepped(problem: &Problem<'_>, state: &State, system: &System, step: &[f64]) -> Option<State> {
+pub(super) fn stepped(problem: &Problem<'_>, state: &State, system: &System, step: &[f64]) -> Option<State> {
     let mut next = state.moved(problem.layout, step)?;
     for (local, e) in next.locals.iter_mut().zip(&system.eliminated) {
         let change = e.back_substitute(problem.columns_of(e.batch), step, problem.local_count());

@@ -47,9 +47,10 @@ fn prior_only(solution: &Solution, names: &[String]) -> Vec<String> {
     let mut found = Vec::new();
     for prior in &solution.layout.priors {
         let Some((before, _)) = crate::geometry::linalg::invert_spd(&prior.information) else { continue };
-        for (k, column) in prior.columns.iter().enumerate() {
-            if solution.covariance[(*column, *column)] > 0.95 * 0.95 * before[(k, k)] {
-                found.push(names[*column].clone());
+        for &(column, parameter) in &prior.columns {
+            let Some(k) = prior.parameters.iter().position(|p| *p == parameter) else { continue };
+            if solution.covariance[(column, column)] > 0.95 * 0.95 * before[(k, k)] {
+                found.push(names[column].clone());
             }
         }
     }

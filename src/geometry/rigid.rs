@@ -51,6 +51,15 @@ pub fn log(r: &Matrix3<f64>) -> Vector3<f64> {
     direction * (sign * angle)
 }
 
+/// J with log(exp(d) exp(w)) = w + J d for small d: the inverse of the left Jacobian of SO(3).
+pub fn log_by_turn(w: &Vector3<f64>) -> Matrix3<f64> {
+    let theta = w.norm();
+    // Its limit at 0; towards pi, where the logarithm ends, it stays finite.
+    let b = if theta < 1e-3 { 1.0 / 12.0 } else { (1.0 - 0.5 * theta / (0.5 * theta).tan()) / (theta * theta) };
+    let k = skew(w);
+    Matrix3::identity() - k * 0.5 + k * k * b
+}
+
 /// The rotation nearest to `m` in the Frobenius norm (polar projection with det +1).
 pub fn nearest_rotation(m: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let svd = m.iter().all(|v| v.is_finite()).then(|| m.try_svd(true, true, f64::EPSILON, 200))??;
@@ -140,6 +149,18 @@ mod tests {
                 let w = axis.normalize() * angle;
                 let back = log(&exp(&w));
                 assert!((back - w).norm() < 1e-7, "{angle}: {back} is not {w}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_logarithm_changes_with_a_turn_as_stated() {
+        for angle in [0.0, 1e-4, 9e-4, 2e-3, 0.5, 2.0, 3.1] {
+            let w = Vector3::new(1.0, -2.0, 0.5).normalize() * angle;
+            for axis in 0..3 {
+                let d = Vector3::ith(axis, 1e-5);
+                let difference = (log(&(exp(&d) * exp(&w))) - log(&(exp(&-d) * exp(&w)))) / 2e-5;
+                assert!((log_by_turn(&w).column(axis) - difference).norm() < 1e-7 / (PI - angle), "{angle} {axis}");
             }
         }
     }
