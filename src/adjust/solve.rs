@@ -13,9 +13,15 @@ use crate::calibrate::weakness::scaled;
 use crate::error::{Degeneracy, Error, Result};
 
 const MAX_ROUNDS: usize = 20;
-/// Squared step in standard deviations at which the outliers are looked at again, and the end.
-const PROVISIONAL: f64 = 1e-4;
+/// Squared step, in standard deviations of all unknowns together, at which the outliers are looked at again:
+/// residuals then move by far less than their noise. And the end.
+const PROVISIONAL: f64 = 1.0;
 const FINAL: f64 = 1e-9;
+/// Beyond this damping a short step says nothing of convergence; below the other, it is none.
+const DAMPED: f64 = 1e-2;
+const UNDAMPED: f64 = 1e-12;
+/// Of the first step, and the least after one that failed.
+const CAUTIOUS: f64 = 1e-4;
 /// Information that is left of a parameter at unit diagonal, inverted, beyond which it is not determined: rounding
 /// alone leaves 1e-13 to 1e-16 of a direction that the data do not have.
 const MAX_CONDITION: f64 = 1e12;
@@ -38,29 +44,30 @@ pub fn adjust(input: &Adjustment, options: &AdjustOptions) -> Result<Adjusted> {
     let mut problem = Problem::new(input, &layout, &state, options)?;
     let mut used = vec![true; problem.views.len()];
     let mut factor = 1.0;
-    let mut iterations = 0;
+    let mut search = Search { tolerance: PROVISIONAL, damping: CAUTIOUS, iterations: 0 };
     for round in 0..MAX_ROUNDS {
         let distances = outliers::distances(&problem, &state, &used);
+        // Before the first solution all is provisional.
+        let mut settled = round > 0;
         if options.robust {
             factor = outliers::noise_factor(&distances, &problem, &used);
             let next = outliers::classify(&distances, &problem, &used, factor, round == 0);
-            // Before the first solution all is provisional.
-            if round > 0 && next == used {
-                break;
-            }
+            settled &= next == used;
             used = next;
         } else {
             outliers::demand_all(&distances, &problem)?;
-            if round > 0 {
-                break;
-            }
+        }
+        if settled && search.tolerance == FINAL {
+            break;
         }
         demand_enough(&problem, &used)?;
+        if settled || !options.robust || round + 1 == MAX_ROUNDS {
+            search.tolerance = FINAL;
+        }
         problem.huber = options.huber * factor;
-        state = minimise(&problem, state, &used, PROVISIONAL, options, &mut iterations)?;
+        state = search.minimise(&problem, state, &used, options)?;
     }
-    state = minimise(&problem, state, &used, FINAL, options, &mut iterations)?;
-    finish(&problem, state, used, factor, iterations, options)
+    finish(&problem, state, used, factor, search.iterations, options)
 }
 
 fn validate(options: &AdjustOptions) -> Result<()> {
@@ -118,48 +125,65 @@ fn no_convergence(iterations: usize, detail: impl Into<String>) -> Error {
     Error::NoConvergence { iterations, detail: detail.into() }
 }
 
-/// Levenberg-Marquardt until the step's squared length in standard deviations is below `tolerance`.
-fn minimise(
-    problem: &Problem<'_>,
-    mut state: State,
-    used: &[bool],
+/// Levenberg-Marquardt that is taken up again after every look at the outliers.
+struct Search {
+    /// Squared length of a step, in standard deviations, that ends it.
     tolerance: f64,
-    options: &AdjustOptions,
-    iterations: &mut usize,
-) -> Result<State> {
-    let mut system = problem
-        .linearise(&state, used)
-        .ok_or_else(|| no_convergence(0, "a spot cannot be predicted at the first estimate"))?;
-    let mut damping = 1e-4;
-    for _ in 0..options.max_iterations {
-        options.cancel.check()?;
-        *iterations += 1;
-        let next = damped_step(&system, damping).and_then(|step| {
-            let next = stepped(problem, &state, &system, &step)?;
-            Some((next, squared_length(&system, &step, damping)))
-        });
-        // Far below the noise, and no longer to be told from rounding in the cost.
-        if let Some((next, length)) = &next
-            && damping < 1e-2
-            && *length <= tolerance.max(1e-13 * system.cost)
-        {
-            return Ok(next.clone());
-        }
-        let better = next.and_then(|(next, _)| {
-            let system_there = problem.linearise(&next, used)?;
-            (system_there.cost <= system.cost).then_some((next, system_there))
-        });
-        if let Some(better) = better {
-            (state, system) = better;
-            damping = (damping * 0.1).max(1e-12);
-        } else {
-            damping *= 10.0;
-            if damping > 1e12 {
-                break;
+    /// Kept from one turn to the next: from too much of it the least determined directions creep.
+    damping: f64,
+    iterations: usize,
+}
+
+impl Search {
+    fn minimise(
+        &mut self,
+        problem: &Problem<'_>,
+        mut state: State,
+        used: &[bool],
+        options: &AdjustOptions,
+    ) -> Result<State> {
+        let mut system = problem
+            .linearise(&state, used)
+            .ok_or_else(|| no_convergence(0, "a spot cannot be predicted at the first estimate"))?;
+        let mut undamped_failed = false;
+        for _ in 0..options.max_iterations {
+            options.cancel.check()?;
+            self.iterations += 1;
+            let next = damped_step(&system, self.damping).and_then(|step| {
+                let next = stepped(problem, &state, &system, &step)?;
+                Some((next, squared_length(&system, &step, self.damping)))
+            });
+            // Far below the noise, and no longer to be told from rounding in the cost.
+            if let Some((next, length)) = &next
+                && self.damping < DAMPED
+                && *length <= self.tolerance.max(1e-13 * system.cost)
+            {
+                if self.damping <= UNDAMPED || undamped_failed || self.tolerance > FINAL {
+                    return Ok(next.clone());
+                }
+                // Perhaps short only because the least determined directions are held.
+                self.damping = UNDAMPED;
+                continue;
+            }
+            let better = next.and_then(|(next, _)| {
+                let system_there = problem.linearise(&next, used)?;
+                (system_there.cost <= system.cost).then_some((next, system_there))
+            });
+            if let Some(better) = better {
+                (state, system) = better;
+                self.damping = (self.damping * 0.1).max(UNDAMPED);
+            } else {
+                undamped_failed |= self.damping <= UNDAMPED;
+                self.damping = (self.damping * 10.0).max(CAUTIOUS);
+                if self.damping > 1e12 {
+                    break;
+                }
             }
         }
+        // Along a direction that the data do not have, steps never end.
+        demand_determined(&system, problem.layout, &state)?;
+        Err(no_convergence(self.iterations, format!("cost {:.6e}, damping {:.1e}", system.cost, self.damping)))
     }
-    Err(no_convergence(*iterations, format!("cost {:.6e}, damping {damping:.1e}", system.cost)))
 }
 
 /// The state after a step of the columns and what goes with it for every shot.
@@ -201,6 +225,14 @@ pub(super) fn covariance(h: &Mat<f64>) -> Option<DMatrix<f64>> {
     (!lost).then(|| DMatrix::from_fn(n, n, symmetric))
 }
 
+/// The covariance of all columns, or what the data say nothing of.
+fn demand_determined(system: &System, layout: &Layout, state: &State) -> Result<DMatrix<f64>> {
+    covariance(&system.h).ok_or_else(|| {
+        let detail = weakness::undetermined(&system.h, layout, state);
+        Error::degenerate(Degeneracy::IllConditioned, detail)
+    })
+}
+
 /// The last linearisation, the gates, and the answer.
 fn finish(
     problem: &Problem<'_>,
@@ -214,10 +246,7 @@ fn finish(
         .linearise(&state, &used)
         .ok_or_else(|| no_convergence(iterations, "a spot cannot be predicted at the solution"))?;
     let layout = problem.layout;
-    let covariance = covariance(&system.h).ok_or_else(|| {
-        let detail = weakness::undetermined(&system.h, layout, &state);
-        Error::degenerate(Degeneracy::IllConditioned, detail)
-    })?;
+    let covariance = demand_determined(&system, layout, &state)?;
     for (index, camera) in state.cameras.iter().enumerate() {
         camera.check_lens().map_err(|e| Error::in_camera(index, e))?;
     }
