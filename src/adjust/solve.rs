@@ -171,7 +171,7 @@ impl Search {
             });
             if let Some(better) = better {
                 (state, system) = better;
-                self.damping = (self.damping * 0.1).max(UNDAMPED);
+                self.damping = (self.damping * 0.01).max(UNDAMPED);
             } else {
                 undamped_failed |= self.damping <= UNDAMPED;
                 self.damping = (self.damping * 10.0).max(CAUTIOUS);
