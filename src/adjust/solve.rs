@@ -17,11 +17,16 @@ const MAX_ROUNDS: usize = 20;
 /// residuals then move by far less than their noise. And the end.
 const PROVISIONAL: f64 = 1.0;
 const FINAL: f64 = 1e-9;
-/// Beyond this damping a short step says nothing of convergence; below the other, it is none.
-const DAMPED: f64 = 1e-2;
-const UNDAMPED: f64 = 1e-12;
-/// Of the first step, and the least after one that failed.
+/// Damping of the first step, and the least after one that failed.
 const CAUTIOUS: f64 = 1e-4;
+/// The least until all directions are known to be determined: along others steps have no end.
+const HELD: f64 = 1e-8;
+/// None any more.
+const UNDAMPED: f64 = 1e-12;
+/// With more of it a short step says nothing of convergence.
+const DAMPED: f64 = 1e-2;
+/// Steps far below the noise and yet uphill, from which on the cost has no minimum that its curvature describes.
+const FLAT: usize = 10;
 /// Information that is left of a parameter at unit diagonal, inverted, beyond which it is not determined: rounding
 /// alone leaves 1e-13 to 1e-16 of a direction that the data do not have.
 const MAX_CONDITION: f64 = 1e12;
@@ -145,7 +150,11 @@ impl Search {
         let mut system = problem
             .linearise(&state, used)
             .ok_or_else(|| no_convergence(0, "a spot cannot be predicted at the first estimate"))?;
-        let mut undamped_failed = false;
+        let last = self.tolerance == FINAL;
+        if last {
+            demand_determined(&system, problem.layout, &state)?;
+        }
+        let (mut undamped_failed, mut flat) = (false, 0);
         for _ in 0..options.max_iterations {
             options.cancel.check()?;
             self.iterations += 1;
@@ -158,22 +167,24 @@ impl Search {
                 && self.damping < DAMPED
                 && *length <= self.tolerance.max(1e-13 * system.cost)
             {
-                if self.damping <= UNDAMPED || undamped_failed || self.tolerance > FINAL {
+                if !last || self.damping <= UNDAMPED || undamped_failed {
                     return Ok(next.clone());
                 }
                 // Perhaps short only because the least determined directions are held.
                 self.damping = UNDAMPED;
                 continue;
             }
+            let below_noise = next.as_ref().is_some_and(|(_, length)| *length < PROVISIONAL);
             let better = next.and_then(|(next, _)| {
                 let system_there = problem.linearise(&next, used)?;
                 (system_there.cost <= system.cost).then_some((next, system_there))
             });
             if let Some(better) = better {
                 (state, system) = better;
-                self.damping = (self.damping * 0.01).max(UNDAMPED);
+                self.damping = (self.damping * 0.1).max(if last { UNDAMPED } else { HELD });
             } else {
                 undamped_failed |= self.damping <= UNDAMPED;
+                flat += usize::from(below_noise);
                 self.damping = (self.damping * 10.0).max(CAUTIOUS);
                 if self.damping > 1e12 {
                     break;
@@ -182,6 +193,10 @@ impl Search {
         }
         // Along a direction that the data do not have, steps never end.
         demand_determined(&system, problem.layout, &state)?;
+        if flat >= FLAT {
+            let detail = weakness::undetermined(&system.h, problem.layout, &state);
+            return Err(Error::degenerate(Degeneracy::IllConditioned, detail));
+        }
         Err(no_convergence(self.iterations, format!("cost {:.6e}, damping {:.1e}", system.cost, self.damping)))
     }
 }

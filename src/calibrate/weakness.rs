@@ -24,6 +24,9 @@ pub struct Weakness {
 
 /// Parameters that belong together, from a column's name.
 fn group(name: &str) -> String {
+    if let Some(number) = name.strip_prefix("plane ").and_then(|rest| rest.split(' ').next()) {
+        return format!("plane {number}");
+    }
     let (owner, what) = if name.starts_with("camera") || name.starts_with("station") {
         // "camera 2 fx", or "camera fx" when there is but one.
         let numbered = name.split(' ').nth(1).is_some_and(|word| word.parse::<usize>().is_ok());
@@ -80,7 +83,11 @@ pub(crate) fn advice(groups: &[(String, f64)], depths: Option<(f64, f64)>) -> St
         || "add shots much nearer or farther".to_owned(),
         |(near, far)| format!("add shots nearer than {:.1} m or farther than {:.1} m", 0.7 * near, 1.4 * far),
     );
-    let text = if has("laser offset") && groups.len() > 1 {
+    let planes = groups.iter().any(|(g, _)| g.starts_with("plane "));
+    let stations = groups.iter().any(|(g, _)| g.starts_with("station "));
+    let text = if planes && stations {
+        "add planes that face other ways, or cameras that both stations light".to_owned()
+    } else if has("laser offset") && groups.len() > 1 {
         "the scale hangs on the laser's offset: calibrate it from boards, or survey a distance".to_owned()
     } else if has("axis offsets") {
         "widen the range of pan and tilt, add cameras, or measure the offsets once and give them a prior".to_owned()
