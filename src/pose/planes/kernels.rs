@@ -91,8 +91,8 @@ impl<'a> Stretch<'a> {
     fn sizes(&self, rows: &Columns<'_>, start: usize, cut: &Cut) -> Sizes {
         let ([p, q, r], mut sizes) = (cut.slope, Sizes([0.0; LANES]));
         let Sizes(out) = &mut sizes;
-        for l in 0..LANES {
-            out[l] = (cut.offset * self.b[l] - (p * self.x[l] + q * self.y[l] + r * self.z[l])).abs();
+        for (l, out) in out.iter_mut().enumerate() {
+            *out = (cut.offset * self.b[l] - (p * self.x[l] + q * self.y[l] + r * self.z[l])).abs();
         }
         if let Some([x, y, z]) = rows.origin {
             let [p, q, r] = cut.n;
@@ -422,8 +422,7 @@ pub(super) fn direction(x: f64, y: f64, z: f64) -> [f64; 2] {
         t * (0.5 + 0.1737 * (1.0 - t.abs())) + 0.5
     };
     let (u, v) = (share(pick(y, z, x)), share(pick(z, x, y)).max(0.0));
-    // The sum of what is finite is.
-    let usable = (size > 0.0) & ((x - x) + (y - y) + (z - z) == 0.0);
+    let usable = (size > 0.0) & x.is_finite() & y.is_finite() & z.is_finite();
     if usable { [u, face + if v < BELOW_ONE { v } else { BELOW_ONE }] } else { [f64::NAN; 2] }
 }
 
@@ -432,8 +431,7 @@ const BELOW_ONE: f64 = 1.0 - 1e-9;
 
 #[inline(always)]
 pub(super) fn is_usable(p: &Vector3<f64>, range: &[f64; 2]) -> bool {
-    // Infinite and undefined coordinates alike leave no zero.
-    let finite = (p.x - p.x) + (p.y - p.y) + (p.z - p.z) == 0.0;
+    let finite = p.x.is_finite() & p.y.is_finite() & p.z.is_finite();
     let norm = (p.x * p.x + p.y * p.y + p.z * p.z).sqrt();
     finite & (norm >= range[0]) & (norm <= range[1])
 }

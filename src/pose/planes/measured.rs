@@ -82,12 +82,8 @@ impl Measured for Cloud<'_> {
     }
 
     fn gather(&self, chosen: &[u32]) -> Rows {
-        let points: Vec<Vector3<f64>> = chosen.iter().map(|i| self.points[*i as usize]).collect();
-        let mut rows = self.rows(chosen.len());
-        let [x, y, z, b] = rows.resize(chosen.len());
-        columns_of(&points, &self.middle, x, y, z);
-        b.fill(1.0);
-        rows
+        let column = |k: usize| chosen.iter().map(|i| self.points[*i as usize][k] - self.middle[k]).collect();
+        Rows::of_points([column(0), column(1), column(2)])
     }
 
     fn fit(&self, sums: &Sums, _: impl FnOnce() -> Vec<u32>) -> Result<Fit> {

@@ -273,7 +273,7 @@ fn fitted(
             labels[used[i as usize] as usize].get_or_insert(k as u16);
         }
     }
-    let view = seen(&planes, &labels, &usable, |_, i| position(i).unwrap_or_else(|| Vector3::repeat(f64::NAN)));
+    let view = seen(&planes, &labels, usable, |_, i| position(i).unwrap_or_else(|| Vector3::repeat(f64::NAN)));
     Ok(StationPlanes { planes, labels, sigma: 0.0, view })
 }
 

@@ -96,6 +96,12 @@ impl Rows {
         Self { columns: (0..count).map(|_| Vec::with_capacity(capacity)).collect() }
     }
 
+    /// Of points, by their coordinates from the middle.
+    pub fn of_points([x, y, z]: [Vec<f64>; 3]) -> Self {
+        let b = vec![1.0; x.len()];
+        Self { columns: vec![x, y, z, b] }
+    }
+
     pub fn count(&self) -> usize {
         self.columns.first().map_or(0, Vec::len)
     }

@@ -85,7 +85,7 @@ pub(super) fn search(m: Rows, kind: &Kind, limits: &Limits, rng: &mut ChaCha8Rng
         planes.push(n);
         if planes.len() < limits.max_planes {
             // The shells go too: what noise and unevenness leave there would look like planes of its own.
-            let left = chosen(&free, &kind.cut(&n), |size| !(size <= 2.0 * limits.threshold));
+            let left = chosen(&free, &kind.cut(&n), |size| size > 2.0 * limits.threshold || size.is_nan());
             free.keep(&left);
         }
     }

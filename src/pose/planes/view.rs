@@ -73,17 +73,17 @@ impl View {
         let [u, v, ranges] = directions(count, &place);
         let used = u.iter().filter(|u| !u.is_nan()).count();
         let (mut side, mut cells) = (MAX_SIDE, vec![EMPTY; count]);
-        let mut index = loop {
+        let (mut index, filled) = loop {
             cells_of_directions(&mut cells, &u, &v, side as u32, (6 * side * side) as u32);
             let mut held = vec![false; 6 * side * side + 1];
             cells.iter().for_each(|c| held[*c as usize] = true);
             let filled = held[..6 * side * side].iter().filter(|h| **h).count();
             if used as f64 >= FILLED * filled as f64 || side == MIN_SIDE {
-                break vec![EMPTY; 6 * side * side];
+                break (vec![EMPTY; 6 * side * side], filled);
             }
             side = (side * 4 / 5).max(MIN_SIDE);
         };
-        let mut held: Vec<Cell> = Vec::new();
+        let mut held: Vec<Cell> = Vec::with_capacity(filled);
         for (i, (cell, range)) in cells.iter().zip(&ranges).enumerate() {
             let Some(index) = index.get_mut(*cell as usize) else { continue };
             match held.get_mut(*index as usize) {
