@@ -306,31 +306,52 @@ pub(super) fn total_least_squares(points: &[Vector3<f64>], sigma: Option<f64>) -
             x * x.transpose()
         })
         .sum();
-    let (values, axes) = symmetric_eigen3(&moments)
-        .ok_or_else(|| Error::degenerate(Degeneracy::IllConditioned, "the points are too far away"))?;
-    let roots = values.map(|v| v.max(0.0).sqrt() / scale);
-    check_spread(size * count.sqrt(), roots[0], roots[1], 1e-7, 1e-3)?;
-    let normal = axes[2];
-    let distance = normal.dot(&centre);
-    if distance.abs() <= 1e-9 * size {
-        return Err(through_origin());
-    }
-    let n = normal / distance;
-    let spread = points.iter().map(|p| normal.dot(&(p - centre)).powi(2)).sum::<f64>();
-    // n . X - 1 changes by X . dn; the points' feet on the plane keep their noise out of it. Their
-    // moments about the origin are those about the centre, along the plane, and the centre's.
+    let plane = OfMoments::new(count, size, centre, &moments)?;
+    let spread = points.iter().map(|p| plane.normal.dot(&(p - centre)).powi(2)).sum::<f64>();
     let variance = sigma.map_or(spread / (count - 3.0).max(1.0), |s| s * s);
-    let along = [0, 1].map(|k| axes[k] * axes[k].transpose() * (roots[k] * roots[k]));
-    let feet = along[0] + along[1] + centre * centre.transpose() * count;
-    let (values, axes) = symmetric_eigen3(&(feet / (size * size)))
-        .ok_or_else(|| Error::degenerate(Degeneracy::IllConditioned, "the points are too far away"))?;
-    let roots = values.map(|v| v.max(0.0).sqrt());
-    check_spread(roots[0], roots[1], roots[2], 1e-7, 1e-3)?;
-    let inverse: Matrix3<f64> = (0..3).map(|k| axes[k] * axes[k].transpose() / values[k]).sum();
-    let covariance = inverse * (variance / (size * size * distance * distance));
-    check_deviation(&n, &covariance)?;
     let chi_square = if sigma.is_some() { spread / variance } else { count - 3.0 };
-    Ok(Fit { n, covariance, chi_square })
+    plane.fit(variance, chi_square)
+}
+
+/// The plane of points by their moments.
+pub(super) struct OfMoments {
+    normal: Vector3<f64>,
+    distance: f64,
+    size: f64,
+    /// (sum of feet feet^T)^-1, in units of the size.
+    inverse: Matrix3<f64>,
+}
+
+impl OfMoments {
+    /// Of so many points of this size and centre. `moments`: their sum of x x^T about it, in units of the size.
+    pub fn new(count: f64, size: f64, centre: Vector3<f64>, moments: &Matrix3<f64>) -> Result<Self> {
+        let far = || Error::degenerate(Degeneracy::IllConditioned, "the points are too far away");
+        let (values, axes) = symmetric_eigen3(moments).ok_or_else(far)?;
+        let roots = values.map(|v| v.max(0.0).sqrt() * size);
+        check_spread(size * count.sqrt(), roots[0], roots[1], 1e-7, 1e-3)?;
+        let normal = axes[2];
+        let distance = normal.dot(&centre);
+        if distance.abs() <= 1e-9 * size {
+            return Err(through_origin());
+        }
+        // n . X - 1 changes by X . dn; the points' feet on the plane keep their noise out of it. Their
+        // moments about the origin are those about the centre, along the plane, and the centre's.
+        let along = [0, 1].map(|k| axes[k] * axes[k].transpose() * (roots[k] * roots[k]));
+        let feet = along[0] + along[1] + centre * centre.transpose() * count;
+        let (values, axes) = symmetric_eigen3(&(feet / (size * size))).ok_or_else(far)?;
+        let roots = values.map(|v| v.max(0.0).sqrt());
+        check_spread(roots[0], roots[1], roots[2], 1e-7, 1e-3)?;
+        let inverse = (0..3).map(|k| axes[k] * axes[k].transpose() / values[k]).sum();
+        Ok(Self { normal, distance, size, inverse })
+    }
+
+    /// With the points' variance in each direction.
+    pub fn fit(&self, variance: f64, chi_square: f64) -> Result<Fit> {
+        let n = self.normal / self.distance;
+        let covariance = self.inverse * (variance / (self.size * self.size * self.distance * self.distance));
+        check_deviation(&n, &covariance)?;
+        Ok(Fit { n, covariance, chi_square })
+    }
 }
 
 /// (J^T J)^-1 of the whitened rows, from their singular values.

@@ -1,35 +1,57 @@
 //! What planes are sought in: points, whose noise is the same in all directions, and shots, whose
-//! noise is along their rays. Both say how far a measurement is from a plane in its own standard
-//! deviations, so that one search serves both.
+//! noise is along their rays. Both are rows of numbers, so that one search serves both.
 
 use std::borrow::Cow;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
+use super::kernels::{Sums, columns_of};
+use super::rows::{Kind, Rows};
 use crate::error::Result;
 use crate::geometry::InverseDepthPoint;
-use crate::geometry::linalg::symmetric_eigen3;
-use crate::pose::plane_fit::{Fit, maximum_likelihood, total_least_squares};
+use crate::pose::plane_fit::{Fit, OfMoments, maximum_likelihood};
+
+/// Points that tell where the middle is.
+const MIDDLE: usize = 1024;
 
 /// Measurements of surfaces. Planes are n . X = 1.
 pub(super) trait Measured {
     fn count(&self) -> usize;
-    /// Where a measurement is, as well as it is known; `None` at infinity.
-    fn position(&self, i: usize) -> Option<Vector3<f64>>;
-    /// How far measurements are from a plane, in standard deviations.
-    fn residuals<'a>(&'a self, n: &Vector3<f64>) -> impl Fn(usize) -> f64 + 'a;
-    /// The plane through three measurements or more, without weights and without checks.
-    fn quick_fit(&self, used: &[u32]) -> Option<Vector3<f64>>;
-    /// The plane by maximum likelihood, with its covariance, or why there is none.
-    fn fit(&self, used: &[u32]) -> Result<Fit>;
+    fn kind(&self) -> Kind;
+    /// Where a measurement is.
+    fn position(&self, i: usize) -> Vector3<f64>;
+    /// Room for so many rows.
+    fn rows(&self, capacity: usize) -> Rows;
+    /// The rows from `start` to before `end`, instead of those there.
+    fn load(&self, start: usize, end: usize, rows: &mut Rows);
+    /// The rows of some.
+    fn gather(&self, chosen: &[u32]) -> Rows;
+    /// The plane by maximum likelihood, with its covariance, or why there is none. The sums are of `used`, which
+    /// are listed where they must be. Chi-square is left to the caller.
+    fn fit(&self, sums: &Sums, used: impl FnOnce() -> Vec<u32>) -> Result<Fit>;
     /// The same kind of measurements, fewer.
     fn subset(&self, chosen: &[u32]) -> Self;
 }
 
 /// Points with one standard deviation in every direction, metres.
 pub(super) struct Cloud<'p> {
-    pub points: Cow<'p, [Vector3<f64>]>,
-    pub sigma: f64,
+    points: Cow<'p, [Vector3<f64>]>,
+    sigma: f64,
+    middle: Vector3<f64>,
+}
+
+impl<'p> Cloud<'p> {
+    pub fn new(points: Cow<'p, [Vector3<f64>]>, sigma: f64) -> Self {
+        let some = || points.iter().step_by(points.len() / MIDDLE + 1);
+        let count = some().count().max(1) as f64;
+        let middle = some().map(|p| p / count).sum();
+        Self { points, sigma, middle }
+    }
+
+    /// The same points with another noise.
+    pub fn with_sigma(self, sigma: f64) -> Self {
+        Self { sigma, ..self }
+    }
 }
 
 impl Measured for Cloud<'_> {
@@ -37,51 +59,63 @@ impl Measured for Cloud<'_> {
         self.points.len()
     }
 
-    fn position(&self, i: usize) -> Option<Vector3<f64>> {
-        Some(self.points[i])
+    fn kind(&self) -> Kind {
+        Kind::Points { sigma: self.sigma, middle: self.middle }
     }
 
-    fn residuals<'a>(&'a self, n: &Vector3<f64>) -> impl Fn(usize) -> f64 + 'a {
-        let distance = 1.0 / (n.norm() * self.sigma);
-        let normal = n * distance;
-        move |i| normal.dot(&self.points[i]) - distance
+    fn position(&self, i: usize) -> Vector3<f64> {
+        self.points[i]
     }
 
-    fn quick_fit(&self, used: &[u32]) -> Option<Vector3<f64>> {
-        let (count, origin) = (used.len() as f64, self.points[*used.first()? as usize]);
-        let (mut sum, mut square) = (Vector3::zeros(), Matrix3::zeros());
-        for i in used {
-            let x = self.points[*i as usize] - origin;
-            sum += x;
-            square += x * x.transpose();
+    fn rows(&self, capacity: usize) -> Rows {
+        Rows::new(false, capacity)
+    }
+
+    fn load(&self, start: usize, end: usize, rows: &mut Rows) {
+        let before = rows.count();
+        let [x, y, z, b] = rows.resize(end - start);
+        columns_of(&self.points[start..end], &self.middle, x, y, z);
+        // Those of the last block are still there.
+        if before < b.len() {
+            b[before..].fill(1.0);
         }
-        let centre = sum / count;
-        let (_, axes) = symmetric_eigen3(&(square / count - centre * centre.transpose()))?;
-        let n = axes[2] / axes[2].dot(&(centre + origin));
-        n.iter().all(|v| v.is_finite()).then_some(n)
     }
 
-    fn fit(&self, used: &[u32]) -> Result<Fit> {
-        total_least_squares(&self.subset(used).points, Some(self.sigma))
+    fn gather(&self, chosen: &[u32]) -> Rows {
+        let column = |k: usize| chosen.iter().map(|i| self.points[*i as usize][k] - self.middle[k]).collect();
+        Rows::of_points([column(0), column(1), column(2)])
+    }
+
+    fn fit(&self, sums: &Sums, _: impl FnOnce() -> Vec<u32>) -> Result<Fit> {
+        let (centre, spread) = sums.about_centre();
+        let centre = centre + self.middle;
+        let size = (centre.norm_squared() + spread.trace()).sqrt();
+        let count = sums.count as f64;
+        OfMoments::new(count, size, centre, &(spread * (count / (size * size))))?.fit(self.sigma * self.sigma, 0.0)
     }
 
     fn subset(&self, chosen: &[u32]) -> Self {
-        Self { points: chosen.iter().map(|i| self.points[*i as usize]).collect(), sigma: self.sigma }
+        Self { points: chosen.iter().map(|i| self.points[*i as usize]).collect(), ..*self }
     }
 }
 
 /// Points on rays.
 pub(super) struct Shots {
     shots: Vec<InverseDepthPoint>,
-    /// Inverse standard deviations.
-    weights: Vec<f64>,
+    /// Not all rays start at the station.
+    with_origins: bool,
 }
 
 impl Shots {
     pub fn new(shots: Vec<InverseDepthPoint>) -> Self {
-        let weights = shots.iter().map(|s| s.variance.sqrt().recip()).collect();
-        Self { shots, weights }
+        let with_origins = shots.iter().any(|s| s.origin != Vector3::zeros());
+        Self { shots, with_origins }
     }
+}
+
+fn push(rows: &mut Rows, shot: &InverseDepthPoint) {
+    let weight = shot.variance.sqrt().recip();
+    rows.push(&((shot.origin * shot.rho + shot.direction) * weight), shot.rho * weight, &shot.origin);
 }
 
 impl Measured for Shots {
@@ -89,37 +123,35 @@ impl Measured for Shots {
         self.shots.len()
     }
 
-    fn position(&self, i: usize) -> Option<Vector3<f64>> {
-        self.shots[i].point()
+    fn kind(&self) -> Kind {
+        Kind::Shots
     }
 
-    fn residuals<'a>(&'a self, n: &Vector3<f64>) -> impl Fn(usize) -> f64 + 'a {
-        let n = *n;
-        move |i| {
-            let shot = &self.shots[i];
-            let r = (shot.rho - n.dot(&shot.direction) / (1.0 - n.dot(&shot.origin))) * self.weights[i];
-            if r.is_nan() { f64::INFINITY } else { r }
-        }
+    fn position(&self, i: usize) -> Vector3<f64> {
+        let shot = &self.shots[i];
+        shot.origin + shot.direction / shot.rho
     }
 
-    /// n . (o rho + d) = rho is linear in n.
-    fn quick_fit(&self, used: &[u32]) -> Option<Vector3<f64>> {
-        let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
-        for i in used {
-            let (s, w) = (&self.shots[*i as usize], self.weights[*i as usize]);
-            let row = (s.origin * s.rho + s.direction) * w;
-            normal += row * row.transpose();
-            right += row * (s.rho * w);
-        }
-        let n = normal.cholesky()?.solve(&right);
-        n.iter().all(|v| v.is_finite()).then_some(n)
+    fn rows(&self, capacity: usize) -> Rows {
+        Rows::new(self.with_origins, capacity)
     }
 
-    fn fit(&self, used: &[u32]) -> Result<Fit> {
-        maximum_likelihood(&self.subset(used).shots)
+    fn load(&self, start: usize, end: usize, rows: &mut Rows) {
+        rows.clear();
+        self.shots[start..end].iter().for_each(|shot| push(rows, shot));
+    }
+
+    fn gather(&self, chosen: &[u32]) -> Rows {
+        let mut rows = self.rows(chosen.len());
+        chosen.iter().for_each(|i| push(&mut rows, &self.shots[*i as usize]));
+        rows
+    }
+
+    fn fit(&self, _: &Sums, used: impl FnOnce() -> Vec<u32>) -> Result<Fit> {
+        maximum_likelihood(&used().iter().map(|i| self.shots[*i as usize]).collect::<Vec<_>>())
     }
 
     fn subset(&self, chosen: &[u32]) -> Self {
-        Self::new(chosen.iter().map(|i| self.shots[*i as usize]).collect())
+        Self { shots: chosen.iter().map(|i| self.shots[*i as usize]).collect(), with_origins: self.with_origins }
     }
 }

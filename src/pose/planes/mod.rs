@@ -1,10 +1,14 @@
 //! The planes of a scene, found in the points, shots or depths of one station, or fitted to regions
 //! that the user names.
 
+mod assign;
+mod describe;
+mod kernels;
 mod measured;
 mod order;
 mod patch;
 mod rays;
+mod rows;
 mod search;
 mod support;
 pub(super) mod view;
@@ -15,8 +19,12 @@ use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_core::SeedableRng;
 
+use self::assign::{NONE, assign, sums_of};
+use self::describe::describe;
+use self::kernels::{Tally, is_usable, usable};
 use self::measured::{Cloud, Measured, Shots};
 pub use self::rays::{shots_of_depth_map, shots_of_ranges};
+use self::rows::Rows;
 use self::search::{Contrast, Limits, search};
 pub use self::support::PlaneSupport;
 use self::view::View;
@@ -28,6 +36,8 @@ use crate::geometry::linalg::symmetric_eigen3;
 /// Measurements that planes are sought in; more are thinned out at random before the search, and all
 /// are used after it.
 const SOUGHT: usize = 40_000;
+/// Measurements that the planes found are fitted to before all are.
+const FITTED: usize = 4 * SOUGHT;
 /// Measurements that make a view, about: sixteen for each of its cells.
 const VIEWED: usize = 200_000;
 /// Neighbours that the noise of points is estimated from.
@@ -144,22 +154,20 @@ pub fn find_planes_in_points(
 ) -> Result<StationPlanes> {
     options.check()?;
     check_sigma(sigma)?;
-    let usable = within(points.iter().map(|p| p.iter().all(|v| v.is_finite()).then_some(*p)), options)?;
-    let points = if usable.chosen.len() == points.len() {
-        Cow::Borrowed(points)
-    } else {
-        Cow::Owned(usable.chosen.iter().map(|i| points[*i as usize]).collect())
+    let usable = usable_points(points, options)?;
+    let points = match &usable.chosen {
+        None => Cow::Borrowed(points),
+        Some(chosen) => Cow::Owned(chosen.iter().map(|i| points[*i as usize]).collect()),
     };
-    let mut cloud = Cloud { points, sigma: 0.0 };
+    let cloud = Cloud::new(points, 0.0);
     let sought = thinned(&cloud, options.seed);
     let sigma = match sigma {
         Some(s) => s,
-        None => local_noise(&sought.points).ok_or_else(|| {
+        None => local_noise(&sought, &cloud.kind().middle()).ok_or_else(|| {
             Error::degenerate(crate::error::Degeneracy::Collinear, "the points' noise cannot be estimated: give sigma")
         })?,
     };
-    cloud.sigma = sigma.hypot(options.flatness);
-    let planes = found(&cloud, Cloud { sigma: cloud.sigma, ..sought }, &usable, options)?;
+    let planes = found(&cloud.with_sigma(sigma.hypot(options.flatness)), sought, &usable, options)?;
     Ok(StationPlanes { sigma, ..planes })
 }
 
@@ -169,8 +177,8 @@ pub fn find_planes_in_points(
 /// As [`find_planes_in_points`].
 pub fn find_planes_in_shots(shots: &[InverseDepthPoint], options: &FindPlanesOptions) -> Result<StationPlanes> {
     options.check()?;
-    let usable = within(shots.iter().map(usable_point), options)?;
-    let all = Shots::new(usable.chosen.iter().map(|i| uneven(&shots[*i as usize], options)).collect());
+    let usable = usable_shots(shots, options)?;
+    let all = Shots::new(usable.iter().map(|i| uneven(&shots[i as usize], options)).collect());
     let sought = thinned(&all, options.seed);
     found(&all, sought, &usable, options)
 }
@@ -189,7 +197,7 @@ pub fn fit_regions_of_points(
 ) -> Result<StationPlanes> {
     options.check()?;
     check_sigma(sigma)?;
-    let usable = within(points.iter().map(|p| p.iter().all(|v| v.is_finite()).then_some(*p)), options)?;
+    let usable = usable_points(points, options)?;
     let noise = sigma.map(|s| s.hypot(options.flatness));
     let fit_options = fit_options(options);
     let fit = |used: &[u32]| {
@@ -198,8 +206,8 @@ pub fn fit_regions_of_points(
         let inside: Vec<u32> = flagged(&estimate.inliers);
         let off = |i: &u32| (estimate.n.dot(&points[*i as usize]) - 1.0).powi(2) / estimate.n.norm_squared();
         let rms = (inside.iter().map(off).sum::<f64>() / inside.len().saturating_sub(3).max(1) as f64).sqrt();
-        let cloud = Cloud { sigma: noise.unwrap_or(rms.max(f64::MIN_POSITIVE)), points: points.into() };
-        Ok((estimate, describe(&cloud, &inside)))
+        let cloud = Cloud::new(points.into(), noise.unwrap_or(rms.max(f64::MIN_POSITIVE)));
+        Ok((estimate, described(&cloud.subset(&inside))))
     };
     let position = |i: u32| Some(points[i as usize]);
     let planes = fitted(regions, &usable, position, sigma.is_some(), fit)?;
@@ -216,13 +224,13 @@ pub fn fit_regions_of_shots(
     options: &FindPlanesOptions,
 ) -> Result<StationPlanes> {
     options.check()?;
-    let usable = within(shots.iter().map(usable_point), options)?;
+    let usable = usable_shots(shots, options)?;
     let fit_options = fit_options(options);
     let fit = |used: &[u32]| {
         let shots: Vec<_> = used.iter().map(|i| uneven(&shots[*i as usize], options)).collect();
         let estimate = fit_plane_to_shots(&shots, &fit_options)?;
         let inside = flagged(&estimate.inliers);
-        Ok((estimate, describe(&Shots::new(shots), &inside)))
+        Ok((estimate, described(&Shots::new(shots).subset(&inside))))
     };
     fitted(regions, &usable, |i| shots[i as usize].point(), true, fit)
 }
@@ -265,22 +273,25 @@ fn fitted(
             labels[used[i as usize] as usize].get_or_insert(k as u16);
         }
     }
-    let view = seen(&planes, &labels, usable.chosen.iter().map(|i| (*i, position(*i))));
+    let view = seen(&planes, &labels, usable, |_, i| position(i).unwrap_or_else(|| Vector3::repeat(f64::NAN)));
     Ok(StationPlanes { planes, labels, sigma: 0.0, view })
 }
 
-/// The view of measurements with their labels.
+/// The view of measurements with their labels. `place`: of a usable one, by its number among those, and of all.
 fn seen(
     planes: &[FoundPlane],
     labels: &[Option<u16>],
-    places: impl Iterator<Item = (u32, Option<Vector3<f64>>)> + Clone,
+    usable: &Usable,
+    place: impl Fn(usize, u32) -> Vector3<f64>,
 ) -> View {
     let normals: Vec<Vector3<f64>> = planes.iter().map(|p| p.estimate.n.normalize()).collect();
-    let every = labels.len() / VIEWED;
+    let count = usable.count();
     // One of each so many, any: every so manieth of a scan line would leave gaps.
-    let shown = |i: u32| every < 2 || i as usize % every == (i as usize / every).wrapping_mul(40_503) % every;
-    let places = places.filter(|(i, _)| shown(*i));
-    View::of(places.filter_map(|(i, place)| Some((place?, labels[i as usize].map(|k| normals[k as usize])))))
+    let every = (count / VIEWED).max(1);
+    let shown = |group: usize| every * group + group.wrapping_mul(40_503) % every;
+    let normal = |k: usize| labels[usable.at(k) as usize].map(|k| normals[k as usize]);
+    let place = |k: usize| place(k, usable.at(k));
+    View::of(count / every, |group| place(shown(group)), |group| normal(shown(group)))
 }
 
 /// Where a shot is, if it can be used.
@@ -307,10 +318,28 @@ fn check_sigma(sigma: Option<f64>) -> Result<()> {
 struct Usable {
     /// Of all measurements.
     total: usize,
-    chosen: Vec<u32>,
+    /// In rising order; `None`: all.
+    chosen: Option<Vec<u32>>,
 }
 
 impl Usable {
+    fn count(&self) -> usize {
+        self.chosen.as_ref().map_or(self.total, Vec::len)
+    }
+
+    /// The k-th of them.
+    fn at(&self, k: usize) -> u32 {
+        self.chosen.as_ref().map_or(k as u32, |chosen| chosen[k])
+    }
+
+    fn iter(&self) -> impl Iterator<Item = u32> {
+        (0..self.count()).map(|k| self.at(k))
+    }
+
+    fn contains(&self, i: u32) -> bool {
+        self.chosen.as_ref().is_none_or(|chosen| chosen.binary_search(&i).is_ok())
+    }
+
     /// The usable measurements of a region, each once.
     fn of(&self, region: &PlaneRegion, position: impl Fn(u32) -> Option<Vector3<f64>>) -> Result<Vec<u32>> {
         match region {
@@ -321,53 +350,62 @@ impl Usable {
                 let mut used: Vec<u32> = indices.iter().map(|i| *i as u32).collect();
                 used.sort_unstable();
                 used.dedup();
-                used.retain(|i| self.chosen.binary_search(i).is_ok());
+                used.retain(|i| self.contains(*i));
                 Ok(used)
             }
             PlaneRegion::Box([low, high]) => {
                 if low.iter().zip(high.iter()).any(|(l, h)| !(l.is_finite() && h.is_finite() && l < h)) {
                     return Err(Error::invalid("regions", "a box without inside"));
                 }
-                let inside = |i: &&u32| position(**i).is_some_and(|p| p.inf(low) == *low && p.sup(high) == *high);
-                Ok(self.chosen.iter().filter(inside).copied().collect())
+                let inside = |i: &u32| position(*i).is_some_and(|p| p.inf(low) == *low && p.sup(high) == *high);
+                Ok(self.iter().filter(inside).collect())
             }
         }
     }
 }
 
+fn usable_points(points: &[Vector3<f64>], options: &FindPlanesOptions) -> Result<Usable> {
+    within(points.len(), usable(points, &options.range), |i| is_usable(&points[i], &options.range), options)
+}
+
+fn usable_shots(shots: &[InverseDepthPoint], options: &FindPlanesOptions) -> Result<Usable> {
+    let is_usable = |i: usize| usable_point(&shots[i]).is_some_and(|p| is_usable(&p, &options.range));
+    within(shots.len(), (0..shots.len()).filter(|i| is_usable(*i)).count(), is_usable, options)
+}
+
+/// `count`: how many are usable.
 fn within(
-    positions: impl ExactSizeIterator<Item = Option<Vector3<f64>>>,
+    total: usize,
+    count: usize,
+    is_usable: impl Fn(usize) -> bool,
     options: &FindPlanesOptions,
 ) -> Result<Usable> {
-    let total = positions.len();
     if u32::try_from(total).is_err() {
         return Err(Error::invalid("points", format!("{total} are too many")));
     }
-    let [near, far] = options.range;
-    let inside = |p: &Vector3<f64>| (near..=far).contains(&p.norm());
-    let chosen: Vec<u32> =
-        positions.enumerate().filter(|(_, p)| p.as_ref().is_some_and(inside)).map(|(i, _)| i as u32).collect();
-    if chosen.len() < options.min_points {
-        return Err(Error::TooFewPoints { given: chosen.len(), needed: options.min_points });
+    if count < options.min_points {
+        return Err(Error::TooFewPoints { given: count, needed: options.min_points });
     }
-    Ok(Usable { total, chosen })
+    let some = || (0..total).filter(|i| is_usable(*i)).map(|i| i as u32).collect();
+    Ok(Usable { total, chosen: (count < total).then(some) })
 }
 
 /// As many measurements as are sought in, in Morton order.
-fn thinned<M: Measured>(m: &M, seed: u64) -> M {
-    let mut chosen: Vec<u32> = (0..m.count() as u32).collect();
-    if m.count() > SOUGHT {
-        search::shuffle(&mut chosen, SOUGHT, &mut ChaCha8Rng::seed_from_u64(seed));
-        chosen.truncate(SOUGHT);
-    }
-    let positions: Vec<_> = chosen.iter().map(|i| m.position(*i as usize)).collect();
-    let order = order::morton(&positions);
-    m.subset(&order.into_iter().map(|i| chosen[i as usize]).collect::<Vec<_>>())
+fn thinned<M: Measured>(m: &M, seed: u64) -> Rows {
+    let chosen: Vec<u32> = if m.count() > SOUGHT {
+        search::some_of(m.count(), SOUGHT, &mut ChaCha8Rng::seed_from_u64(seed))
+    } else {
+        (0..m.count() as u32).collect()
+    };
+    let places: Vec<Vector3<f64>> = chosen.iter().map(|i| m.position(*i as usize)).collect();
+    let order: Vec<u32> = order::morton(&places).into_iter().map(|i| chosen[i as usize]).collect();
+    m.gather(&order)
 }
 
 /// The noise of points in Morton order, from planes through patches of neighbours. Most patches of a
 /// scene are flat, and the others are rougher: the lower third of them tells.
-fn local_noise(points: &[Vector3<f64>]) -> Option<f64> {
+fn local_noise(rows: &Rows, middle: &Vector3<f64>) -> Option<f64> {
+    let points: Vec<Vector3<f64>> = (0..rows.count()).map(|i| rows.place(i)).collect();
     let rms = |patch: &[Vector3<f64>]| {
         let centre = patch.iter().sum::<Vector3<f64>>() / PATCH as f64;
         let spread: Matrix3<f64> = patch.iter().map(|p| (p - centre) * (p - centre).transpose()).sum();
@@ -381,12 +419,12 @@ fn local_noise(points: &[Vector3<f64>]) -> Option<f64> {
     }
     let third = found.len() / 3;
     let noise = *found.select_nth_unstable_by(third, f64::total_cmp).1;
-    let size = points.iter().fold(0.0f64, |m, p| m.max(p.amax()));
+    let size = points.iter().fold(0.0f64, |m, p| m.max((p + middle).amax()));
     Some(noise.max(1e-9 * size)).filter(|s| *s > 0.0)
 }
 
 /// Searches, then fits what was found to all measurements.
-fn found<M: Measured>(all: &M, sought: M, usable: &Usable, options: &FindPlanesOptions) -> Result<StationPlanes> {
+fn found<M: Measured>(all: &M, sought: Rows, usable: &Usable, options: &FindPlanesOptions) -> Result<StationPlanes> {
     let least = |count: usize| ((options.min_share * count as f64).ceil() as usize).max(options.min_points);
     // Of those sought in, a plane's share scatters.
     let thin = sought.count() as f64 / all.count() as f64;
@@ -395,85 +433,48 @@ fn found<M: Measured>(all: &M, sought: M, usable: &Usable, options: &FindPlanesO
         min_points: ((0.7 * thin * least(all.count()) as f64) as usize).max(options.min_points.min(12)),
         max_planes: options.max_planes,
     };
-    let mut normals = search(&sought, &limits, &mut ChaCha8Rng::seed_from_u64(options.seed));
-    let mut labels = Vec::new();
-    for _ in 0..2 {
-        labels = label(all, &normals, options.threshold);
-        let members = members(&labels, normals.len());
-        for (n, used) in normals.iter_mut().zip(&members) {
-            if let Some(better) = all.quick_fit(used).filter(|_| used.len() >= 3) {
-                *n = better;
-            }
-        }
+    let kind = all.kind();
+    let mut normals = search(sought, &kind, &limits, &mut ChaCha8Rng::seed_from_u64(options.seed));
+    let tallies = assign(all, &normals, options.threshold, (all.count() / FITTED).max(1), None);
+    for (n, tally) in normals.iter_mut().zip(&tallies).filter(|(_, tally)| tally.inside.count >= 3) {
+        *n = kind.solve(&tally.inside).unwrap_or(*n);
     }
-    let members = members(&labels, normals.len());
+    let mut labels = vec![NONE; all.count()];
+    let tallies = assign(all, &normals, options.threshold, 1, Some(&mut labels));
+    let fit = |(k, tally): (usize, &Tally)| {
+        let used = || (0..all.count() as u32).filter(|i| labels[*i as usize] == k as u16).collect();
+        let is_surface = Contrast::from(tally).is_surface(least(all.count()));
+        if is_surface { all.fit(&tally.inside, used).ok() } else { None }
+    };
+    let fits = tallies.iter().enumerate().map(fit).collect();
     let mut numbers = vec![None; normals.len()];
     let mut planes = Vec::new();
-    for (k, used) in members.iter().enumerate() {
-        if !contrast(all, &normals[k], &labels, k, options.threshold).is_surface(least(all.count())) {
-            continue;
-        }
-        let Some(plane) = describe(all, used) else { continue };
+    let counts: Vec<usize> = tallies.iter().map(|tally| tally.inside.count).collect();
+    for (k, plane) in describe(all, &labels, &counts, fits).into_iter().enumerate() {
+        let Some(plane) = plane else { continue };
         numbers[k] = Some(planes.len() as u16);
         planes.push(plane);
     }
     if planes.is_empty() {
         return Err(Error::NoPlanes { measurements: all.count() });
     }
-    let mut whole = vec![None; usable.total];
-    for (i, label) in usable.chosen.iter().zip(&labels) {
-        whole[*i as usize] = label.and_then(|k| numbers[k as usize]);
-    }
-    let view = seen(&planes, &whole, usable.chosen.iter().enumerate().map(|(k, i)| (*i, all.position(k))));
-    Ok(StationPlanes { planes, labels: whole, sigma: 0.0, view })
-}
-
-/// The first plane that each measurement agrees with: larger ones come first.
-fn label<M: Measured>(m: &M, normals: &[Vector3<f64>], threshold: f64) -> Vec<Option<u16>> {
-    let residuals: Vec<_> = normals.iter().map(|n| m.residuals(n)).collect();
-    let first = |i: usize| residuals.iter().position(|r| r(i).abs() <= threshold).map(|k| k as u16);
-    (0..m.count()).map(first).collect()
-}
-
-fn members(labels: &[Option<u16>], planes: usize) -> Vec<Vec<u32>> {
-    let mut counts = vec![0; planes];
-    labels.iter().flatten().for_each(|k| counts[*k as usize] += 1);
-    let mut members: Vec<Vec<u32>> = counts.into_iter().map(Vec::with_capacity).collect();
-    for (i, label) in labels.iter().enumerate() {
-        if let Some(k) = label {
-            members[*k as usize].push(i as u32);
+    numbers.push(None);
+    let number = |label: &u16| numbers[(*label as usize).min(numbers.len() - 1)];
+    let labels = match &usable.chosen {
+        None => labels.iter().map(number).collect(),
+        Some(chosen) => {
+            let mut whole = vec![None; usable.total];
+            chosen.iter().zip(&labels).for_each(|(i, label)| whole[*i as usize] = number(label));
+            whole
         }
-    }
-    members
+    };
+    let view = seen(&planes, &labels, usable, |k, _| all.position(k));
+    Ok(StationPlanes { planes, labels, sigma: 0.0, view })
 }
 
-/// Measurements of no larger plane in and around a plane.
-fn contrast<M: Measured>(m: &M, n: &Vector3<f64>, labels: &[Option<u16>], plane: usize, threshold: f64) -> Contrast {
-    let (mut contrast, residual) = (Contrast::default(), m.residuals(n));
-    for (i, label) in labels.iter().enumerate() {
-        if label.is_none_or(|k| k as usize >= plane) {
-            contrast.add(residual(i), threshold);
-        }
-    }
-    contrast
-}
-
-/// The plane of some measurements; `None` where they fix none (all but on one line, or the plane
+/// The plane of all measurements; `None` where they fix none (all but on one line, or the plane
 /// passes the station so close that its n is unsure).
-fn describe<M: Measured>(m: &M, used: &[u32]) -> Option<FoundPlane> {
-    let fit = m.fit(used).ok()?;
-    let n = fit.n;
-    let places: Vec<Vector3<f64>> = used.iter().filter_map(|i| m.position(*i as usize)).collect();
-    if places.is_empty() {
-        return None;
-    }
-    let (normal, distance) = (n.normalize(), 1.0 / n.norm());
-    let support = PlaneSupport::of(&places, &normal, distance);
-    let off = places.iter().map(|p| (normal.dot(p) - distance).powi(2)).sum::<f64>();
-    let residual = m.residuals(&n);
-    let residuals = used.iter().filter_map(|i| Some((m.position(*i as usize)?, residual(*i as usize))));
-    let covariance = fit.covariance * support.unevenness(residuals);
-    let degrees_of_freedom = used.len().saturating_sub(3);
-    let estimate = PlaneEstimate { n, covariance, chi_square: fit.chi_square, degrees_of_freedom, inliers: Vec::new() };
-    Some(FoundPlane { estimate, support, count: used.len(), rms: (off / places.len() as f64).sqrt() })
+fn described<M: Measured>(m: &M) -> Option<FoundPlane> {
+    let fit = m.fit(&sums_of(m), || (0..m.count() as u32).collect()).ok();
+    describe(m, &vec![0; m.count()], &[m.count()], vec![fit]).pop()?
 }

@@ -2,24 +2,52 @@
 
 use nalgebra::Vector3;
 
+use super::kernels::bounds;
+
 /// Bits of each coordinate in a Morton code.
 const BITS: u32 = 21;
+/// Bits of a code that are sorted by at a time, and how often: what is equal then is sorted on its own.
+const DIGIT: u32 = 11;
+const DIGITS: u32 = 3;
 
-/// Indices of finite points in Morton order; those without a position come last.
-pub(super) fn morton(positions: &[Option<Vector3<f64>>]) -> Vec<u32> {
-    let known = || positions.iter().flatten();
-    let low = known().fold(Vector3::repeat(f64::INFINITY), |m, p| m.inf(p));
-    let high = known().fold(Vector3::repeat(f64::NEG_INFINITY), |m, p| m.sup(p));
+/// Indices of finite points in Morton order; equal ones stay in theirs.
+pub(super) fn morton(places: &[Vector3<f64>]) -> Vec<u32> {
+    let [low, high] = bounds(places).map(Vector3::from);
     let size = (high - low).amax();
     let scale = if size > 0.0 && size.is_finite() { f64::from((1u32 << BITS) - 1) / size } else { 0.0 };
-    let code = |p: &Option<Vector3<f64>>| {
-        let Some(p) = p else { return u64::MAX };
+    let code = |p: &Vector3<f64>| {
         let cell = (p - low) * scale;
         spread(cell.x as u64) | spread(cell.y as u64) << 1 | spread(cell.z as u64) << 2
     };
-    let mut order: Vec<(u64, u32)> = positions.iter().enumerate().map(|(i, p)| (code(p), i as u32)).collect();
-    order.sort_unstable();
-    order.into_iter().map(|(_, i)| i).collect()
+    let order = places.iter().enumerate().map(|(i, p)| (code(p), i as u32)).collect();
+    sorted(order).into_iter().map(|(_, i)| i).collect()
+}
+
+/// Sorted by codes, of equal ones by indices, which rise: by the first digits from the last of them on.
+fn sorted(mut order: Vec<(u64, u32)>) -> Vec<(u64, u32)> {
+    let mut room = vec![(0, 0); order.len()];
+    let mut starts = [0u32; 1 << DIGIT];
+    for digit in (0..DIGITS).rev() {
+        let of = |code: u64| (code >> (3 * BITS - (digit + 1) * DIGIT)) as usize & ((1 << DIGIT) - 1);
+        starts.fill(0);
+        order.iter().for_each(|(code, _)| starts[of(*code)] += 1);
+        let mut before = 0;
+        for start in &mut starts {
+            before += std::mem::replace(start, before);
+        }
+        for one in &order {
+            let place = &mut starts[of(one.0)];
+            room[*place as usize] = *one;
+            *place += 1;
+        }
+        std::mem::swap(&mut order, &mut room);
+    }
+    let first_digits = |one: &(u64, u32)| one.0 >> (3 * BITS - DIGITS * DIGIT);
+    order
+        .chunk_by_mut(|p, q| first_digits(p) == first_digits(q))
+        .filter(|c| c.len() > 1)
+        .for_each(|c| c.sort_unstable());
+    order
 }
 
 /// Two zero bits before each bit.
@@ -48,12 +76,20 @@ mod tests {
     }
 
     #[test]
-    fn octants_come_one_after_the_other_and_what_is_nowhere_last() {
+    fn octants_come_one_after_the_other() {
         let corner = |i: u32| Vector3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2 & 1));
-        let mut points: Vec<Option<Vector3<f64>>> = (0..8).rev().map(|i| Some(corner(i))).collect();
-        points.insert(3, None);
-        assert_eq!(morton(&points), [8, 7, 6, 5, 4, 2, 1, 0, 3]);
-        assert_eq!(morton(&[Some(Vector3::x()), Some(Vector3::x())]), [0, 1]);
+        let points: Vec<Vector3<f64>> = (0..8).rev().map(corner).collect();
+        assert_eq!(morton(&points), [7, 6, 5, 4, 3, 2, 1, 0]);
+        assert_eq!(morton(&[Vector3::x(), Vector3::x()]), [0, 1]);
         assert!(morton(&[]).is_empty());
+    }
+
+    #[test]
+    fn codes_are_sorted_and_equal_ones_stay() {
+        let codes = (0..5000u64).map(|i| i.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (1 + i % 40));
+        let order: Vec<(u64, u32)> = codes.zip(0..).collect();
+        let mut wanted = order.clone();
+        wanted.sort();
+        assert_eq!(sorted(order), wanted);
     }
 }

@@ -9,8 +9,9 @@ use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 use rand_core::Rng;
 
-use super::measured::Measured;
+use super::kernels::{Columns, Cut, Tally, common, count, residuals, sums, tally};
 use super::patch;
+use super::rows::{Kind, Rows};
 
 /// Half widths of the windows that samples are taken from. Of the narrow ones all are fitted: three
 /// neighbours span no plane for their noise.
@@ -29,6 +30,8 @@ const MAX_SAMPLES: usize = 1500;
 const OVERLOOKED: f64 = 0.01;
 /// Hunts without a plane after which there are no more.
 const MISSES: usize = 2;
+/// Measurements whose distances are held at a time.
+const STRETCH: usize = 1024;
 /// Rounds in which a candidate is fitted to what agrees with it.
 const ROUNDS: usize = 8;
 /// Least significance of a surface. Thousands of candidates are tried, and not one may be luck.
@@ -53,11 +56,11 @@ impl Contrast {
     pub fn is_surface(&self, min_points: usize) -> bool {
         self.inliers >= min_points && self.significance() >= SIGNIFICANT
     }
+}
 
-    pub fn add(&mut self, residual: f64, threshold: f64) {
-        let size = residual.abs();
-        self.inliers += usize::from(size <= threshold);
-        self.shells += usize::from(size > threshold && size <= 2.0 * threshold);
+impl From<&Tally> for Contrast {
+    fn from(tally: &Tally) -> Self {
+        Self { inliers: tally.inside.count, shells: tally.shells }
     }
 }
 
@@ -69,141 +72,141 @@ pub(super) struct Limits {
 }
 
 /// Planes, the most significant first. The measurements are in Morton order.
-pub(super) fn search<M: Measured>(m: &M, limits: &Limits, rng: &mut ChaCha8Rng) -> Vec<Vector3<f64>> {
-    let mut free: Vec<u32> = (0..m.count() as u32).collect();
+pub(super) fn search(m: Rows, kind: &Kind, limits: &Limits, rng: &mut ChaCha8Rng) -> Vec<Vector3<f64>> {
+    let mut free = m;
     let (mut planes, mut misses) = (Vec::new(), 0);
-    while planes.len() < limits.max_planes && free.len() >= limits.min_points && misses < MISSES {
-        let mut scored = free.clone();
-        shuffle(&mut scored, SCORED, rng);
-        scored.truncate(SCORED);
-        // Beside each other in memory: they are looked at thousands of times.
-        let (chosen, indices) = (m.subset(&scored), Vec::from_iter(0..scored.len() as u32));
-        let scored = Part { m: &chosen, indices: &indices };
-        let hunt = Hunt { limits, free: Part { m, indices: &free }, scored };
+    while planes.len() < limits.max_planes && free.count() >= limits.min_points && misses < MISSES {
+        let scored = free.gather(&some_of(free.count(), SCORED, rng));
+        let hunt = Hunt { limits, kind, free: &free, scored: &scored };
         let Some(n) = hunt.best(rng) else {
             misses += 1;
             continue;
         };
-        // The shells go too: what noise and unevenness leave there would look like planes of its own.
-        let residual = m.residuals(&n);
-        free.retain(|i| residual(*i as usize).abs() > 2.0 * limits.threshold);
         planes.push(n);
+        if planes.len() < limits.max_planes {
+            // The shells go too: what noise and unevenness leave there would look like planes of its own.
+            let left = chosen(&free, &kind.cut(&n), |size| size > 2.0 * limits.threshold || size.is_nan());
+            free.keep(&left);
+        }
     }
     planes
 }
 
-/// The first `count` places get a random choice of all.
-pub(super) fn shuffle(order: &mut [u32], count: usize, rng: &mut ChaCha8Rng) {
-    for i in 0..count.min(order.len()) {
-        let other = i + below(order.len() - i, rng);
-        order.swap(i, other);
+/// A random choice in random order, as many as are wanted if there are.
+pub(super) fn some_of(count: usize, wanted: usize, rng: &mut ChaCha8Rng) -> Vec<u32> {
+    let mut all: Vec<u32> = (0..count as u32).collect();
+    for i in 0..wanted.min(count) {
+        let other = i + below(count - i, rng);
+        all.swap(i, other);
     }
+    all.truncate(wanted);
+    all
 }
 
 fn below(count: usize, rng: &mut ChaCha8Rng) -> usize {
     (rng.next_u64() % count as u64) as usize
 }
 
-/// Some of the measurements.
-struct Part<'a, M> {
-    m: &'a M,
-    indices: &'a [u32],
-}
-
-impl<M> Clone for Part<'_, M> {
-    fn clone(&self) -> Self {
-        *self
+/// Which rows are so far from a plane.
+fn chosen(rows: &Rows, cut: &Cut, is_chosen: impl Fn(f64) -> bool) -> Vec<u32> {
+    let (mut residual, mut all, mut count) = ([0.0; STRETCH], vec![0; rows.count()], 0);
+    for start in (0..rows.count()).step_by(STRETCH) {
+        let end = rows.count().min(start + STRETCH);
+        residuals(&mut residual[..end - start], &rows.part(start, end), cut);
+        for (i, r) in residual[..end - start].iter().enumerate() {
+            // Without a branch that noise decides.
+            all[count] = (start + i) as u32;
+            count += usize::from(is_chosen(r.abs()));
+        }
     }
+    all.truncate(count);
+    all
 }
-
-impl<M> Copy for Part<'_, M> {}
 
 /// The search for one plane.
-struct Hunt<'a, M> {
+struct Hunt<'a> {
     limits: &'a Limits,
+    kind: &'a Kind,
     /// Those of no plane yet, in Morton order.
-    free: Part<'a, M>,
+    free: &'a Rows,
     /// A random choice of them, in random order.
-    scored: Part<'a, M>,
+    scored: &'a Rows,
 }
 
-impl<M: Measured> Hunt<'_, M> {
+impl Hunt<'_> {
     /// The most significant plane; `None` where none was met.
     fn best(&self, rng: &mut ChaCha8Rng) -> Option<Vector3<f64>> {
+        let threshold = self.limits.threshold;
         let mut best: Option<(Contrast, Vector3<f64>)> = None;
         let (mut needed, mut tried) = (MAX_SAMPLES, 0);
         while tried < needed {
             tried += 1;
             let Some((n, around)) = self.sample(rng) else { continue };
-            if self.contrast(&n, around).significance() < PROMISING {
+            let [inliers, shells] = count(&around, &self.kind.cut(&n), threshold);
+            if (Contrast { inliers, shells }).significance() < PROMISING {
                 continue;
             }
-            if best.is_some_and(|(_, known)| self.is_part_of(&n, &known, around)) {
+            if best.is_some_and(|(_, known)| self.is_part_of(&n, &known, &around)) {
                 continue;
             }
             let least = best.map_or(0, |(b, _)| b.inliers / 4);
             // A rough candidate grows by being fitted: a quarter of the best may become the best.
-            let score = self.contrast(&n, self.scored);
-            if score.inliers < least {
+            let score = self.tally(&n, self.scored);
+            if score.inside.count < least {
                 continue;
             }
             let (score, n) = self.grow(score, n);
             if best.is_none_or(|(b, _)| score.significance() > b.significance()) {
                 best = Some((score, n));
-                needed = samples_needed(score.inliers as f64 / self.scored.indices.len() as f64);
+                needed = samples_needed(score.inliers as f64 / self.scored.count() as f64);
             }
         }
-        let n = self.on_one_patch(self.refine(best?.1, self.free, 3));
-        self.contrast(&n, self.free).is_surface(self.limits.min_points).then_some(n)
+        let n = self.on_one_patch(self.refine(best?.1, 3));
+        let [inliers, shells] = count(&self.free.columns(), &self.kind.cut(&n), threshold);
+        Contrast { inliers, shells }.is_surface(self.limits.min_points).then_some(n)
     }
 
     /// A plane through neighbours, and those around them that must bear it out.
-    fn sample(&self, rng: &mut ChaCha8Rng) -> Option<(Vector3<f64>, Part<'_, M>)> {
-        let Part { m, indices: free } = self.free;
-        let count = free.len();
+    fn sample(&self, rng: &mut ChaCha8Rng) -> Option<(Vector3<f64>, Columns<'_>)> {
+        let count = self.free.count();
         let middle = below(count, rng);
-        let window = |half: usize| &free[middle.saturating_sub(half)..middle.saturating_add(half).min(count)];
+        let window = |half: usize| [middle.saturating_sub(half), middle.saturating_add(half).min(count)];
+        let part = |[start, end]: [usize; 2]| self.free.part(start, end);
         let half = *WINDOWS.get(below(WINDOWS.len() + 1, rng)).unwrap_or(&count);
         let near = window(half);
         let around = if half < count {
-            Part { m, indices: window(half.max(GLANCE / 2)) }
+            part(window(half.max(GLANCE / 2)))
         } else {
-            let Part { m, indices } = self.scored;
-            Part { m, indices: &indices[..indices.len().min(GLANCE)] }
+            self.scored.part(0, self.scored.count().min(GLANCE))
         };
         if half <= FITTED {
-            return Some((m.quick_fit(near)?, around));
+            return Some((self.kind.solve(&sums(&part(near)))?, around));
         }
-        let three = [free[middle], near[below(near.len(), rng)], near[below(near.len(), rng)]];
+        let mut any = || near[0] + below(near[1] - near[0], rng);
+        let three = [middle, any(), any()];
         if three[0] == three[1] || three[1] == three[2] || three[2] == three[0] {
             return None;
         }
-        Some((m.quick_fit(&three)?, around))
+        Some((self.kind.through(three.map(|i| self.free.row(i)))?, around))
     }
 
-    fn contrast(&self, n: &Vector3<f64>, among: Part<'_, M>) -> Contrast {
-        let (mut contrast, residual) = (Contrast::default(), among.m.residuals(n));
-        among.indices.iter().for_each(|i| contrast.add(residual(*i as usize), self.limits.threshold));
-        contrast
+    fn tally(&self, n: &Vector3<f64>, among: &Rows) -> Tally {
+        tally(&among.columns(), &self.kind.cut(n), self.limits.threshold)
     }
 
     /// Whether nearly all that agrees with a candidate agrees with a known plane, to which it would grow.
-    fn is_part_of(&self, n: &Vector3<f64>, known: &Vector3<f64>, among: Part<'_, M>) -> bool {
-        let (residual, other) = (among.m.residuals(n), among.m.residuals(known));
-        let (mut own, mut common) = (0, 0);
-        for i in among.indices.iter().map(|i| *i as usize).filter(|i| residual(*i).abs() <= self.limits.threshold) {
-            own += 1;
-            common += usize::from(other(i).abs() <= self.limits.threshold);
-        }
-        10 * common >= 9 * own
+    fn is_part_of(&self, n: &Vector3<f64>, known: &Vector3<f64>, among: &Columns<'_>) -> bool {
+        let [own, both] = common(among, [&self.kind.cut(n), &self.kind.cut(known)], self.limits.threshold);
+        10 * both >= 9 * own
     }
 
     /// Fits a candidate to what agrees with it as long as that makes it more significant.
-    fn grow(&self, score: Contrast, n: Vector3<f64>) -> (Contrast, Vector3<f64>) {
-        let mut best = (score, n);
+    fn grow(&self, mut tally: Tally, n: Vector3<f64>) -> (Contrast, Vector3<f64>) {
+        let mut best = (Contrast::from(&tally), n);
         for _ in 0..ROUNDS {
-            let n = self.refine(best.1, self.scored, 1);
-            let score = self.contrast(&n, self.scored);
+            let Some(n) = self.fit(&tally) else { break };
+            tally = self.tally(&n, self.scored);
+            let score = Contrast::from(&tally);
             if score.significance() <= best.0.significance() {
                 break;
             }
@@ -212,33 +215,28 @@ impl<M: Measured> Hunt<'_, M> {
         best
     }
 
-    fn refine(&self, mut n: Vector3<f64>, among: Part<'_, M>, rounds: usize) -> Vector3<f64> {
+    fn fit(&self, tally: &Tally) -> Option<Vector3<f64>> {
+        if tally.inside.count >= 3 { self.kind.solve(&tally.inside) } else { None }
+    }
+
+    fn refine(&self, mut n: Vector3<f64>, rounds: usize) -> Vector3<f64> {
         for _ in 0..rounds {
-            let inliers = self.inliers(&n, among);
-            match among.m.quick_fit(&inliers) {
-                Some(better) if inliers.len() >= 3 => n = better,
-                _ => break,
-            }
+            let Some(better) = self.fit(&self.tally(&n, self.free)) else { break };
+            n = better;
         }
         n
     }
 
     /// The plane of the largest connected part, and of whatever else lies on that.
     fn on_one_patch(&self, n: Vector3<f64>) -> Vector3<f64> {
-        let m = self.free.m;
-        let inliers = self.inliers(&n, self.free);
-        let (used, places): (Vec<u32>, Vec<Vector3<f64>>) =
-            inliers.iter().filter_map(|i| Some((*i, m.position(*i as usize)?))).unzip();
-        let part: Vec<u32> = patch::largest(&places, &n).into_iter().map(|k| used[k]).collect();
+        let inliers = chosen(self.free, &self.kind.cut(&n), |size| size <= self.limits.threshold);
+        let places: Vec<Vector3<f64>> = inliers.iter().map(|i| self.free.place(*i as usize)).collect();
+        let part: Vec<u32> = patch::largest(&places, &n).into_iter().map(|k| inliers[k]).collect();
         if part.len() == inliers.len() || part.len() < 3 {
             return n;
         }
-        m.quick_fit(&part).map_or(n, |n| self.refine(n, self.free, 1))
-    }
-
-    fn inliers(&self, n: &Vector3<f64>, among: Part<'_, M>) -> Vec<u32> {
-        let residual = among.m.residuals(n);
-        among.indices.iter().filter(|i| residual(**i as usize).abs() <= self.limits.threshold).copied().collect()
+        let part = self.free.gather(&part);
+        self.kind.solve(&sums(&part.columns())).map_or(n, |n| self.refine(n, 1))
     }
 }
 

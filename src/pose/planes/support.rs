@@ -2,13 +2,14 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::kernels;
 use crate::geometry::chi_square::upper_tail;
 use crate::geometry::linalg::symmetric_eigen3;
 
 /// Share of the measurements beyond each end of the extent.
 const BEYOND: f64 = 0.01;
 /// Cells along each side of the extent, over which residuals are compared.
-const CELLS: usize = 8;
+pub(super) const UNEVENNESS_CELLS: usize = 8;
 /// Probability below which residuals contradict that they are independent.
 const BEYOND_CHANCE: f64 = 1e-3;
 /// The largest grid that the area is counted on.
@@ -29,7 +30,7 @@ pub struct PlaneSupport {
 }
 
 impl PlaneSupport {
-    /// Of at least one place, with the plane's unit normal and distance.
+    /// Of at least one place, with the plane's unit normal and distance; without the area.
     pub(super) fn of(places: &[Vector3<f64>], normal: &Vector3<f64>, distance: f64) -> Self {
         let count = places.len() as f64;
         let mean = places.iter().sum::<Vector3<f64>>() / count;
@@ -44,9 +45,15 @@ impl PlaneSupport {
         });
         let axes = [first, normal.cross(&first)];
         let extent = axes.map(|axis| reach(places.iter().map(|p| axis.dot(&(p - centre))).collect()));
-        let mut support = Self { centre, axes, extent, area: 0.0 };
-        support.area = support.covered(places);
-        support
+        Self { centre, axes, extent, area: 0.0 }
+    }
+
+    /// Moves the centre by so much along the axes. What was measured stays where it is.
+    pub(super) fn shift(&mut self, by: [f64; 2]) {
+        self.centre += self.axes[0] * by[0] + self.axes[1] * by[1];
+        for (extent, by) in self.extent.iter_mut().zip(by) {
+            extent.iter_mut().for_each(|end| *end -= by);
+        }
     }
 
     /// Lengths of the sides of the extent, metres.
@@ -54,58 +61,54 @@ impl PlaneSupport {
         self.extent.map(|[low, high]| high - low)
     }
 
-    /// Area of the cells that hold a measurement; of cells so large that they would hold four.
-    fn covered(&self, places: &[Vector3<f64>]) -> f64 {
+    /// So many cells on the extent.
+    pub(super) fn grid(&self, counts: [usize; 2]) -> Grid {
+        let per_metre = [0, 1].map(|k| counts[k] as f64 / (self.extent[k][1] - self.extent[k][0]));
+        Grid { low: self.extent.map(|e| e[0]), per_metre, counts: counts.map(|c| c as u32) }
+    }
+
+    /// The cells whose area is counted: so large that they would hold four of these measurements.
+    pub(super) fn covered_by(&self, measurements: usize) -> Grid {
         let sides = self.sides();
-        let cell = (4.0 * sides[0] * sides[1] / places.len() as f64).sqrt();
-        if !(cell > 0.0 && cell.is_finite()) {
-            return 0.0;
-        }
-        let counts = sides.map(|s| ((s / cell).ceil() as usize).clamp(1, MAX_SIDE));
-        let mut hit = vec![false; counts[0] * counts[1]];
-        for place in places {
-            if let Some([i, j]) = self.cell(place, counts) {
-                hit[i * counts[1] + j] = true;
-            }
-        }
-        hit.iter().filter(|h| **h).count() as f64 * sides[0] * sides[1] / hit.len() as f64
+        let cell = (4.0 * sides[0] * sides[1] / measurements as f64).sqrt();
+        let clear = cell > 0.0 && cell.is_finite();
+        self.grid(sides.map(|s| if clear { ((s / cell).ceil() as usize).clamp(1, MAX_SIDE) } else { 1 }))
+    }
+}
+
+/// Cells on a plane, row by row. Places are along its axes from its centre.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Grid {
+    low: [f64; 2],
+    per_metre: [f64; 2],
+    counts: [u32; 2],
+}
+
+impl Grid {
+    pub fn cells(&self) -> usize {
+        self.counts[0] as usize * self.counts[1] as usize
     }
 
-    /// In which of so many cells of the extent a place is; `None` beyond it.
-    fn cell(&self, place: &Vector3<f64>, counts: [usize; 2]) -> Option<[usize; 2]> {
-        let mut cell = [0; 2];
-        for k in 0..2 {
-            let [low, high] = self.extent[k];
-            let share = (self.axes[k].dot(&(place - self.centre)) - low) / (high - low);
-            if !(0.0..=1.0).contains(&share) {
-                return None;
-            }
-            cell[k] = ((share * counts[k] as f64) as usize).min(counts[k] - 1);
-        }
-        Some(cell)
+    /// Of all cells, square metres; 0 without a plane's extent.
+    pub fn area(&self) -> f64 {
+        let area = [0, 1].map(|k| f64::from(self.counts[k]) / self.per_metre[k]).iter().product::<f64>();
+        if area.is_finite() { area } else { 0.0 }
     }
 
-    /// By how much the variance of a fit to these residuals (in standard deviations) is larger than
-    /// independent ones would make it: neighbours on an uneven wall, or of a depth camera, are off
-    /// alike. 1 unless they contradict their independence.
-    pub(super) fn unevenness(&self, residuals: impl Iterator<Item = (Vector3<f64>, f64)>) -> f64 {
-        let mut cells = [(0.0, 0.0); CELLS * CELLS];
-        for (place, residual) in residuals {
-            if let Some([i, j]) = self.cell(&place, [CELLS; 2]) {
-                let (count, sum) = &mut cells[i * CELLS + j];
-                *count += 1.0;
-                *sum += residual;
-            }
-        }
-        let used = cells.iter().filter(|(count, _)| *count > 0.0);
-        let (freedom, chi_square) =
-            used.fold((-3.0, 0.0), |(f, c), (count, sum): &(f64, f64)| (f + 1.0, c + sum * sum / count));
-        if freedom > 0.0 && upper_tail(chi_square, freedom) < BEYOND_CHANCE {
-            (chi_square / freedom).max(1.0)
-        } else {
-            1.0
-        }
+    /// The cells of places; beyond the grid the one after the last.
+    pub fn find(&self, cells: &mut [u32], u: &[f64], v: &[f64]) {
+        kernels::cells(cells, u, v, self.low, self.per_metre, self.counts, self.cells() as u32);
     }
+}
+
+/// By how much the variance of a fit to residuals (in standard deviations) is larger than
+/// independent ones would make it: neighbours on an uneven wall, or of a depth camera, are off
+/// alike. 1 unless they contradict their independence. `cells`: how many residuals each holds, and their sum.
+pub(super) fn unevenness(cells: &[(f64, f64)]) -> f64 {
+    let used = cells.iter().filter(|(count, _)| *count > 0.0);
+    let (freedom, chi_square) =
+        used.fold((-3.0, 0.0), |(f, c), (count, sum): &(f64, f64)| (f + 1.0, c + sum * sum / count));
+    if freedom > 0.0 && upper_tail(chi_square, freedom) < BEYOND_CHANCE { (chi_square / freedom).max(1.0) } else { 1.0 }
 }
 
 /// From where to where numbers reach, but for a few at either end.

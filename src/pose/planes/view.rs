@@ -6,6 +6,8 @@
 
 use nalgebra::Vector3;
 
+use super::kernels::{cells_of_directions, direction};
+
 /// Most cells along the side of a face: 2 degrees.
 const MAX_SIDE: usize = 45;
 /// Fewest: 18 degrees.
@@ -35,15 +37,18 @@ struct Cell {
 pub(crate) struct View {
     /// Cells along the side of a face.
     side: usize,
-    /// Six faces, row by row.
-    cells: Vec<Option<Cell>>,
-    /// Cells that hold something.
-    count: usize,
+    /// Which cell is in which direction, six faces, row by row; `EMPTY` where nothing was measured.
+    index: Vec<u32>,
+    cells: Vec<Cell>,
 }
+
+const EMPTY: u32 = u32::MAX;
+/// Measurements whose coordinates are held at a time.
+const BLOCK: usize = 1024;
 
 impl std::fmt::Debug for View {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "View of {} directions", self.count)
+        write!(f, "View of {} directions", self.count())
     }
 }
 
@@ -59,44 +64,49 @@ pub(crate) enum Sight {
 }
 
 impl View {
-    /// Of places, with the unit normals of their planes.
-    pub fn of(measurements: impl Iterator<Item = (Vector3<f64>, Option<Vector3<f64>>)> + Clone) -> Self {
-        let mut side = MAX_SIDE;
-        loop {
-            let (view, used) = Self::of_cells(side, measurements.clone());
-            let filled = used as f64 / view.count.max(1) as f64;
-            if filled >= FILLED || side == MIN_SIDE {
-                return view;
+    /// Of so many places, with the unit normals of their planes.
+    pub fn of(
+        count: usize,
+        place: impl Fn(usize) -> Vector3<f64>,
+        normal: impl Fn(usize) -> Option<Vector3<f64>>,
+    ) -> Self {
+        let [u, v, ranges] = directions(count, &place);
+        let used = u.iter().filter(|u| !u.is_nan()).count();
+        let (mut side, mut cells) = (MAX_SIDE, vec![EMPTY; count]);
+        let (mut index, filled) = loop {
+            cells_of_directions(&mut cells, &u, &v, side as u32, (6 * side * side) as u32);
+            let mut held = vec![false; 6 * side * side + 1];
+            cells.iter().for_each(|c| held[*c as usize] = true);
+            let filled = held[..6 * side * side].iter().filter(|h| **h).count();
+            if used as f64 >= FILLED * filled as f64 || side == MIN_SIDE {
+                break (vec![EMPTY; 6 * side * side], filled);
             }
             side = (side * 4 / 5).max(MIN_SIDE);
-        }
-    }
-
-    fn of_cells(
-        side: usize,
-        measurements: impl Iterator<Item = (Vector3<f64>, Option<Vector3<f64>>)>,
-    ) -> (Self, usize) {
-        let mut cells = vec![None; 6 * side * side];
-        let mut used = 0;
-        for (place, normal) in measurements {
-            let Some(index) = cell_of(&place, side) else { continue };
-            let range = place.norm();
-            used += 1;
-            match &mut cells[index] {
-                None => cells[index] = Some(Cell { near: range, far: range, place, normal }),
+        };
+        let mut held: Vec<Cell> = Vec::with_capacity(filled);
+        for (i, (cell, range)) in cells.iter().zip(&ranges).enumerate() {
+            let Some(index) = index.get_mut(*cell as usize) else { continue };
+            match held.get_mut(*index as usize) {
+                None => {
+                    *index = held.len() as u32;
+                    held.push(Cell { near: *range, far: *range, place: place(i), normal: normal(i) });
+                }
                 Some(cell) => {
-                    cell.near = cell.near.min(range);
-                    cell.far = cell.far.max(range);
+                    cell.near = if *range < cell.near { *range } else { cell.near };
+                    cell.far = if *range > cell.far { *range } else { cell.far };
                 }
             }
         }
-        let count = cells.iter().flatten().count();
-        (Self { side, cells, count }, used)
+        Self { side, index, cells: held }
     }
 
     /// How many [`places`](Self::places) there are.
     pub fn count(&self) -> usize {
-        self.count
+        self.cells.len()
+    }
+
+    fn cell(&self, index: usize) -> Option<&Cell> {
+        self.cells.get(self.index[index] as usize)
     }
 
     /// How many parts the view has.
@@ -107,7 +117,7 @@ impl View {
     /// One place for each direction in which something was measured: in which part of the view, where, and its
     /// plane's unit normal.
     pub fn places(&self) -> impl Iterator<Item = (usize, Vector3<f64>, Option<Vector3<f64>>)> {
-        let places = self.cells.iter().enumerate().filter_map(|(index, c)| Some((index, c.as_ref()?)));
+        let places = (0..self.index.len()).filter_map(|index| Some((index, self.cell(index)?)));
         places.map(|(index, c)| (self.part_of(index), c.place, c.normal))
     }
 
@@ -132,7 +142,7 @@ impl View {
         let [face, row, column] = self.face_row_column(index);
         for r in row.saturating_sub(1)..(row + 2).min(self.side) {
             for c in column.saturating_sub(1)..(column + 2).min(self.side) {
-                let Some(cell) = &self.cells[(face * self.side + r) * self.side + c] else { continue };
+                let Some(cell) = self.cell((face * self.side + r) * self.side + c) else { continue };
                 let alike = normal.zip(cell.normal).is_none_or(|(n, m)| n.dot(&m) >= ALIKE);
                 if alike && cell.reaches(place, range, slack) {
                     return Sight::Surface;
@@ -161,20 +171,25 @@ impl Cell {
     }
 }
 
+/// Directions on the faces of a cube, and ranges: see [`kernels::directions`](super::kernels::directions).
+fn directions(count: usize, place: impl Fn(usize) -> Vector3<f64>) -> [Vec<f64>; 3] {
+    let [mut u, mut v, mut range] = [0; 3].map(|_| vec![0.0; count]);
+    let [mut x, mut y, mut z] = [[0.0; BLOCK]; 3];
+    for start in (0..count).step_by(BLOCK) {
+        let end = count.min(start + BLOCK);
+        for i in start..end {
+            let p = place(i);
+            (x[i - start], y[i - start], z[i - start]) = (p.x, p.y, p.z);
+        }
+        let (x, y, z) = (&x[..end - start], &y[..end - start], &z[..end - start]);
+        super::kernels::directions(&mut u[start..end], &mut v[start..end], &mut range[start..end], x, y, z);
+    }
+    [u, v, range]
+}
+
 /// The cell of a direction, on faces of so many cells a side; `None` for the origin and what is not finite.
 fn cell_of(place: &Vector3<f64>, side: usize) -> Option<usize> {
-    let axis = place.iamax();
-    let size = place[axis].abs();
-    if !(size > 0.0 && place.iter().all(|v| v.is_finite())) {
-        return None;
-    }
-    let face = 2 * axis + usize::from(place[axis] < 0.0);
-    // Of equal angles, to a fifth of a degree, rather than of equal sides: the arctangent up to 45 degrees as a share
-    // of the right angle (Rajan et al., "Efficient approximations for the arctangent function", IEEE SPM 2006).
-    let step = |v: f64| {
-        let t = v / size;
-        let angle = t * (0.5 + 0.1737 * (1.0 - t.abs())) + 0.5;
-        ((angle * side as f64) as usize).min(side - 1)
-    };
-    Some((face * side + step(place[(axis + 1) % 3])) * side + step(place[(axis + 2) % 3]))
+    let ([u, v], mut cell) = (direction(place.x, place.y, place.z), [0]);
+    cells_of_directions(&mut cell, &[u], &[v], side as u32, EMPTY);
+    (cell[0] != EMPTY).then_some(cell[0] as usize)
 }
