@@ -129,7 +129,8 @@ fn planned(name: &str, camera: Camera, runs: usize) -> Vec<Figure> {
     ]
 }
 
-/// Shots chosen in turns of 8 among the grid's positions, until they are expected to be as good as all of them.
+/// Shots chosen one after the other among the grid's positions, until they are expected to be as good as all of
+/// them: their accuracy is the target.
 fn chosen(name: &str, camera: Camera, runs: usize) -> Vec<Figure> {
     let site = site(camera);
     let fire = |(pan, tilt): (f64, f64)| {
@@ -151,7 +152,7 @@ fn chosen(name: &str, camera: Camera, runs: usize) -> Vec<Figure> {
     let fewest = fewest_shots(&site, &grid.shots, &LEVEL, goal);
     let mut scanned = all(region(5, 4));
     while rms(&seen(&scanned)) > goal && scanned.len() < GRID as usize {
-        let options = NextOptions { candidates: region(47, 43), level: LEVEL, count: 8, target: 0.0 };
+        let options = NextOptions { candidates: region(47, 43), level: LEVEL, count: 1, target: goal };
         let next = next_shots(&site, &scanned, &options).expect("more shots");
         scanned.extend(next.shots.iter().map(|s| fire((s.pan, s.tilt))));
     }

@@ -24,7 +24,7 @@ pub struct Candidate {
 }
 
 /// Chooses until `enough` says so, or none is left. `h` is the information that is there already, `seen`
-/// the number of shots that it comes from.
+/// the number of shots that it comes from; `first` are taken before all others.
 ///
 /// While shots are fewer than unknowns the one that lowers the volume of the whole covariance most is
 /// taken (D-optimal), then the one that lowers the trace of the position's covariance most (A-optimal).
@@ -39,6 +39,7 @@ pub fn choose(
     h: &DMatrix<f64>,
     seen: usize,
     candidates: &[Candidate],
+    first: &[usize],
     mut enough: impl FnMut(&[Chosen], &Accuracy) -> Result<bool>,
 ) -> Result<Vec<Chosen>> {
     const REFRESH: usize = 8;
@@ -60,23 +61,24 @@ pub fn choose(
                 |i: usize| Gain { value: state.gain(&candidates[i].rows, whole), candidate: i, at: chosen.len() };
             heap = (0..candidates.len()).filter(|i| left[*i]).map(gain).collect();
         }
-        let best = loop {
-            match heap.pop() {
-                Some(gain) if gain.at == chosen.len() => break Some(gain),
-                Some(gain) => {
-                    let value = state.gain(&candidates[gain.candidate].rows, whole);
-                    heap.push(Gain { value, at: chosen.len(), ..gain });
+        let candidate = match first.get(chosen.len()) {
+            Some(candidate) => {
+                heap.retain(|gain| gain.candidate != *candidate || candidates[*candidate].again);
+                *candidate
+            }
+            None => {
+                let Some(gain) = best(&mut heap, chosen.len(), |i| state.gain(&candidates[i].rows, whole)) else {
+                    break;
+                };
+                let candidate = gain.candidate;
+                if candidates[candidate].again {
+                    heap.push(gain);
                 }
-                None => break None,
+                candidate
             }
         };
-        let Some(best) = best else { break };
-        let Candidate { rows, again } = &candidates[best.candidate];
-        let candidate = best.candidate;
+        let Candidate { rows, again } = &candidates[candidate];
         left[candidate] = *again;
-        if *again {
-            heap.push(best);
-        }
         unknowns.add(&mut information, rows);
         if seen + chosen.len() < 3 * n || chosen.len().is_multiple_of(RENEW) {
             state = State::new(&unknowns.covariance(&information).ok_or_else(undetermined)?);
@@ -87,6 +89,17 @@ pub fn choose(
         chosen.push(Chosen { candidate, after: accuracy });
     }
     Ok(chosen)
+}
+
+/// The candidate with the greatest gain, its gain brought up to date.
+fn best(heap: &mut BinaryHeap<Gain>, at: usize, now: impl Fn(usize) -> f64) -> Option<Gain> {
+    loop {
+        let gain = heap.pop()?;
+        if gain.at == at {
+            return Some(gain);
+        }
+        heap.push(Gain { value: now(gain.candidate), at, ..gain });
+    }
 }
 
 /// What a candidate would gain when `at` were chosen.
@@ -118,14 +131,14 @@ impl PartialEq for Gain {
 impl Eq for Gain {}
 
 /// The covariance, kept up to date shot by shot (Woodbury's identity).
-struct State {
+pub struct State {
     covariance: Box<SMatrix<f64, WIDTH, WIDTH>>,
     /// Where the position begins.
     position: usize,
 }
 
 impl State {
-    fn new(covariance: &DMatrix<f64>) -> Self {
+    pub fn new(covariance: &DMatrix<f64>) -> Self {
         let n = covariance.nrows();
         let mut all = Box::new(SMatrix::<f64, WIDTH, WIDTH>::zeros());
         all.view_mut((0, 0), (n, n)).copy_from(covariance);
@@ -143,8 +156,13 @@ impl State {
         Some((product, s.cholesky()?.inverse()))
     }
 
+    /// Of the position's covariance, m^2.
+    pub fn trace(&self) -> f64 {
+        self.covariance.fixed_view::<3, 3>(self.position, self.position).trace()
+    }
+
     /// By how much ln det of the covariance (`whole`) or the position's trace would fall.
-    fn gain(&self, rows: &ShotRows, whole: bool) -> f64 {
+    pub fn gain(&self, rows: &ShotRows, whole: bool) -> f64 {
         let Some((product, inverse)) = self.innovation(rows) else { return 0.0 };
         if whole {
             return -inverse.determinant().ln();

@@ -15,10 +15,12 @@ pub mod next;
 mod normals;
 pub mod plan;
 mod plots;
+mod probe;
 pub mod run;
 pub mod scene;
 pub mod setup;
 pub mod statistics;
+mod surroundings;
 mod tables;
 pub mod target;
 #[cfg(test)]

@@ -2,20 +2,17 @@
 
 use std::collections::BTreeSet;
 
-use nalgebra::Vector3;
-
 use super::greedy::{Candidate, choose};
 use super::information::{Accuracy, NoiseLevel, Unknowns};
+use super::probe::{Knowledge, Probe, best_probe};
 use super::run::MAX_NOISE;
 use super::setup::Site;
+use super::surroundings::Surroundings;
 use crate::error::{Error, Result};
 use crate::rig::ScanRegion;
 
 /// Most candidates, and most scanned shots.
 pub const MAX_CANDIDATES: usize = 100_000;
-/// Of more scanned shots than these, evenly chosen ones predict depths.
-const PREDICTORS: usize = 4096;
-const NEIGHBOURS: usize = 6;
 
 /// A shot that was taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,7 +47,8 @@ pub struct NextOptions {
     pub level: NoiseLevel,
     /// How many to choose at most.
     pub count: usize,
-    /// Stop where the position's expected rms error is below this, metres; 0: never.
+    /// Stop where the position's expected rms error is below this, metres; 0: never. How many shots are
+    /// left until then decides whether a look at an unknown place is worth one.
     pub target: f64,
 }
 
@@ -59,7 +57,7 @@ pub struct NextOptions {
 pub struct NextShots {
     /// Of what is scanned already; infinite while that does not determine the camera.
     pub now: Accuracy,
-    /// In the order of their value.
+    /// In the order of their value, a look at a place of which little is known before all others.
     pub shots: Vec<NextShot>,
 }
 
@@ -68,7 +66,9 @@ pub struct NextShots {
 /// that are scanned; only positions that both cameras have in view count, and their information counts
 /// by the share of neighbours in view that the fixed camera did see.
 ///
-/// Depths and hidden places are known the better the more is scanned: ask again after every few dozen shots.
+/// With a target the first shot is a look at an unknown place when that is expected to save several
+/// shots; all others are chosen greedily. Depths and hidden places are known the better the more is
+/// scanned: fewest shots are needed when it is asked after every one.
 ///
 /// # Errors
 /// `InvalidArgument`, `NotFinite`; `TooFewPoints` without a scanned shot to predict depths from;
@@ -104,7 +104,7 @@ pub fn next_shots(site: &Site, scanned: &[ScannedShot], options: &NextOptions) -
     let inside = |s: &&ScannedShot| (pan[0]..=pan[1]).contains(&s.pan) && (tilt[0]..=tilt[1]).contains(&s.tilt);
     let mut taken = BTreeSet::new();
     let mut first = |pan: f64, tilt: f64| taken.insert([pan.to_bits(), tilt.to_bits()]);
-    let known: Vec<_> = scanned
+    let (mut places, mut candidates): (Vec<(f64, f64, f64)>, Vec<Candidate>) = scanned
         .iter()
         .filter(|s| s.seen && first(s.pan, s.tilt))
         .filter(inside)
@@ -112,20 +112,53 @@ pub fn next_shots(site: &Site, scanned: &[ScannedShot], options: &NextOptions) -
             let rows = unknowns.rows(s.pan, s.tilt, s.depth, &options.level)?;
             Some(((s.pan, s.tilt, s.depth), Candidate { rows, again: true }))
         })
-        .collect();
-    let positions = (0..options.candidates.len() as u32).map(|i| options.candidates.position(i));
-    let fresh = positions.filter(|(pan, tilt)| first(*pan, *tilt)).filter_map(|(pan, tilt)| {
-        let (depth, chance) = surroundings.expect(site, pan, tilt)?;
-        site.shot(pan, tilt, depth).filter(|_| chance > 0.0)?;
-        // The expected information: chance times that of a shot that is seen.
-        let rows = unknowns.rows(pan, tilt, depth, &options.level)? * chance.sqrt();
-        Some(((pan, tilt, depth), Candidate { rows, again: false }))
+        .unzip();
+    let known = candidates.len();
+    // What was not seen once is not shot at again.
+    scanned.iter().filter(|s| !s.seen).for_each(|s| {
+        first(s.pan, s.tilt);
     });
-    let (places, candidates): (Vec<(f64, f64, f64)>, Vec<_>) = known.into_iter().chain(fresh).unzip();
+    let positions = (0..options.candidates.len() as u32).map(|i| options.candidates.position(i));
+    let fresh: Vec<(f64, f64)> = positions.filter(|(pan, tilt)| first(*pan, *tilt)).collect();
+    for &(pan, tilt) in &fresh {
+        let Some((depth, chance)) = surroundings.expect(site, pan, tilt) else { continue };
+        if chance > 0.0 && site.shot(pan, tilt, depth).is_some() {
+            // The expected information: chance times that of a shot that is seen.
+            if let Some(rows) = unknowns.rows(pan, tilt, depth, &options.level) {
+                places.push((pan, tilt, depth));
+                candidates.push(Candidate { rows: rows * chance.sqrt(), again: false });
+            }
+        }
+    }
+    let knowledge = Knowledge {
+        unknowns: &unknowns,
+        surroundings: &surroundings,
+        level: &options.level,
+        information: &h,
+        seen,
+        target: options.target,
+    };
+    // Without a target there is no telling how often a place would be repeated.
+    let wanted = options.target > 0.0 && now.rms > options.target;
+    let probe = if wanted { best_probe(&knowledge, &candidates[..known], fresh.into_iter())? } else { None };
+    let mut looked_at = Vec::new();
+    if let Some(Probe { pan, tilt, depth, candidate }) = probe {
+        match places.iter().skip(known).position(|(p, t, _)| *p == pan && *t == tilt) {
+            Some(i) => {
+                (places[known + i], candidates[known + i]) = ((pan, tilt, depth), candidate);
+                looked_at.push(known + i);
+            }
+            None => {
+                looked_at.push(places.len());
+                places.push((pan, tilt, depth));
+                candidates.push(candidate);
+            }
+        }
+    }
     if places.is_empty() {
         return Err(Error::NotFound { reason: "the fixed camera is expected to see none of the candidates".into() });
     }
-    let chosen = choose(&unknowns, &h, seen, &candidates, |chosen, accuracy| {
+    let chosen = choose(&unknowns, &h, seen, &candidates, &looked_at, |chosen, accuracy| {
         Ok(chosen.len() >= options.count || accuracy.rms <= options.target)
     })?;
     let shot = |c: super::greedy::Chosen| {
@@ -163,68 +196,4 @@ fn check_scanned(scanned: &[ScannedShot]) -> Result<()> {
         }
     }
     Ok(())
-}
-
-/// The surroundings as far as they are scanned.
-struct Surroundings {
-    found: Vec<Found>,
-}
-
-struct Found {
-    /// Of the laser, unit length.
-    direction: Vector3<f64>,
-    rho: f64,
-    /// Was it seen? `None` where it could not: it is out of the fixed camera's view.
-    seen: Option<bool>,
-}
-
-impl Surroundings {
-    fn new(site: &Site, scanned: &[ScannedShot]) -> Self {
-        let every = scanned.len().div_ceil(PREDICTORS);
-        let found = |s: &ScannedShot| Found {
-            direction: direction(site, s.pan, s.tilt),
-            rho: 1.0 / s.depth,
-            seen: (s.seen || site.shot(s.pan, s.tilt, s.depth).is_some()).then_some(s.seen),
-        };
-        Self { found: scanned.iter().step_by(every).map(found).collect() }
-    }
-
-    /// Depth at a position, and the chance that the fixed camera sees a spot there: the share of the
-    /// neighbours that were not hidden and whose depth is in view here.
-    ///
-    /// The depth is that of the plane through the nearest neighbours, whose inverse depth is linear in
-    /// the direction, kept between the least and the greatest among them.
-    fn expect(&self, site: &Site, pan: f64, tilt: f64) -> Option<(f64, f64)> {
-        let d = direction(site, pan, tilt);
-        let mut near: Vec<(f64, usize)> =
-            self.found.iter().enumerate().map(|(i, f)| ((f.direction - d).norm_squared(), i)).collect();
-        let count = NEIGHBOURS.min(near.len());
-        near.select_nth_unstable_by(count - 1, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        near.truncate(count);
-        let reach = near.iter().map(|(squared, _)| squared).sum::<f64>() / count as f64;
-        // rho = slope.(f - d) + rho0, the slope held to zero where neighbours leave it open.
-        let (mut h, mut g) = (nalgebra::Matrix4::zeros(), nalgebra::Vector4::zeros());
-        let (mut least, mut greatest) = (f64::INFINITY, 0.0f64);
-        let (mut all, mut saw) = (0.0, 0.0);
-        for (squared, i) in &near {
-            let found = &self.found[*i];
-            let row = (found.direction - d).push(1.0);
-            let weight = 1.0 / (squared + 0.01 * reach + 1e-12);
-            h += row * row.transpose() * weight;
-            g += row * (found.rho * weight);
-            (least, greatest) = (least.min(found.rho), greatest.max(found.rho));
-            all += weight;
-            if found.seen != Some(false) && site.shot(pan, tilt, 1.0 / found.rho).is_some() {
-                saw += weight;
-            }
-        }
-        let ridge = 1e-6 * h.trace();
-        (0..3).for_each(|i| h[(i, i)] += ridge);
-        let rho = h.cholesky()?.solve(&g).w.clamp(least, greatest);
-        Some((1.0 / rho, saw / all))
-    }
-}
-
-fn direction(site: &Site, pan: f64, tilt: f64) -> Vector3<f64> {
-    site.rig.laser_in_world(pan, tilt).1.normalize()
 }

@@ -210,7 +210,7 @@ impl Planner<'_> {
         let rows = |s: &NoiselessShot| self.unknowns.rows(s.pan, s.tilt, s.depth, &self.options.level);
         let (seen, candidates): (Vec<_>, Vec<_>) =
             seen.iter().filter_map(|s| Some((*s, Candidate { rows: rows(s)?, again: false }))).unzip();
-        let chosen = choose(&self.unknowns, &self.unknowns.priors(), 0, &candidates, |_, accuracy| {
+        let chosen = choose(&self.unknowns, &self.unknowns.priors(), 0, &candidates, &[], |_, accuracy| {
             self.options.cancel.check()?;
             Ok(accuracy.rms <= self.options.target)
         })?;

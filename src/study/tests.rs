@@ -496,6 +496,31 @@ fn seen_shots_are_repeated_and_unseen_ones_are_not() {
     assert!((found / said - 1.0).abs() < 0.2, "{found} {said}");
 }
 
+/// Few places are known, and many shots are left: unknown ones come first, and none that was not seen.
+#[test]
+fn with_a_target_far_off_unknown_places_are_looked_at() {
+    let site = site(far());
+    let region = region(16, 14);
+    let grid = ScanRegion { pan_steps: 7, tilt_steps: 6, ..region };
+    let mut scanned: Vec<_> =
+        (0..grid.len() as u32).map(|i| grid.position(i)).map(|(p, t)| fire(&site, p, t)).collect();
+    let ask = |scanned: &[ScannedShot], target| {
+        let options = NextOptions { candidates: region, level: level(0.2), count: 2, target };
+        next_shots(&site, scanned, &options).unwrap()
+    };
+    let target = 0.1 * ask(&scanned, 0.0).now.rms;
+    let at = |s: &ScannedShot, n: &NextShot| [s.pan, s.tilt] == [n.pan, n.tilt];
+    for _ in 0..5 {
+        let next = ask(&scanned, target);
+        assert_eq!(next, ask(&scanned, target));
+        assert_eq!(next.shots.len(), 2);
+        assert!(next.shots[1].after.rms < next.shots[0].after.rms && next.shots[0].after.rms < next.now.rms);
+        assert!(!scanned.iter().any(|s| at(s, &next.shots[0])));
+        assert!(!scanned.iter().any(|s| !s.seen && at(s, &next.shots[1])));
+        scanned.push(fire(&site, next.shots[0].pan, next.shots[0].tilt));
+    }
+}
+
 #[test]
 fn without_scanned_shots_in_view_the_first_ones_are_spread() {
     let site = site(near());
