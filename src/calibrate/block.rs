@@ -222,32 +222,24 @@ for_each_processor! {
         }
     }
 
-    /// Adds the products of the first `width` columns with those at and after them; two by [`STEP`] of them
-    /// together, so that no sum waits for itself.
+    /// Adds the products of the first `width` columns with those at and after them.
     fn products(sums: &mut [[f64; STEP]], rows: &[Vec<Lanes>; 2], width: usize) {
         let padded = rows[0].len();
-        for a in (0..width).step_by(2) {
+        for a in 0..width {
             for b in (a - a % STEP..padded).step_by(STEP) {
-                let mut sum = [[[0.0; STEP]; STEP]; 2];
+                let Some(to) = sums[a * padded + b..].first_chunk_mut::<STEP>() else { return };
+                let mut sum = *to;
                 for row in rows {
-                    let (Some(left), Some(right)) = (row[a..].first_chunk::<2>(), row[b..].first_chunk::<STEP>())
-                    else {
-                        return;
-                    };
+                    let (left, Some(right)) = (&row[a], row[b..].first_chunk::<STEP>()) else { return };
                     for l in (0..LANES).step_by(STEP) {
-                        for (sum, left) in sum.iter_mut().zip(left) {
-                            for (sum, right) in sum.iter_mut().zip(right) {
-                                for (i, sum) in sum.iter_mut().enumerate() {
-                                    *sum += left[l + i] * right[l + i];
-                                }
+                        for (sum, right) in sum.iter_mut().zip(right) {
+                            for (i, sum) in sum.iter_mut().enumerate() {
+                                *sum += left[l + i] * right[l + i];
                             }
                         }
                     }
                 }
-                for (i, sum) in sum.iter().enumerate() {
-                    let to = &mut sums[(a + i) * padded + b..][..STEP];
-                    to.iter_mut().flatten().zip(sum.iter().flatten()).for_each(|(to, sum)| *to += sum);
-                }
+                *to = sum;
             }
         }
     }
