@@ -4,6 +4,8 @@
 # guard comes with the library that starts it.
 #
 #     deb.sh TREE LIBDIR ABI VERSION OUTPUT     (TREE: an installation with DESTDIR=TREE, PREFIX=/usr)
+#
+# Who makes them says so as with Debian's own tools: DEBFULLNAME and DEBEMAIL are the maintainer.
 set -eu
 tree=$1 libdir=$2 abi=$3 version=$4 output=$5
 here=$(cd "$(dirname "$0")/.." && pwd)
@@ -20,7 +22,7 @@ Package: $1
 Source: ptzcal
 Version: $version
 Architecture: $architecture
-Maintainer: ptzcal authors <ptzcal@example.invalid>
+Maintainer: ${DEBFULLNAME:-ptzcal authors} <${DEBEMAIL:-ptzcal@example.invalid}>
 Section: $2
 Priority: optional
 Depends: $3

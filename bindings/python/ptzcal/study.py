@@ -227,8 +227,8 @@ class Site(Handle):
 
         Returns the expected error of the position so far (rms and largest semi-axis, metres;
         infinite while it is not determined), and the chosen shots: `count`, or as many as reach
-        `target`; the best of those that were seen are shot again and again. Ask again after every few
-        dozen shots.
+        `target`; the best of those that were seen are shot again and again. With a target the first may be
+        a look at a place of which little is known. Asked after every shot, with the target, it needs fewest.
         """
         readings = rows(pan_tilt, 2, "pan_tilt")
         depths = vector(depth, len(readings), "depth")
