@@ -11070,8 +11070,9 @@ void ptzcal_plan_free(ptzcal_plan *result) PTZCAL_NOEXCEPT;
 
 /**
  * Given what is scanned, where to shoot next so that the fixed camera's position becomes surer. Depths
- * at the candidates are predicted from the scanned ones, and so is whether the fixed camera sees them; ask
- * again after every few dozen shots.
+ * at the candidates are predicted from the scanned ones, and so is whether the fixed camera sees them. With
+ * a target the first shot may be a look at a place of which little is known, expected to save several shots
+ * later. Asked after every shot, with the target, it needs fewest.
  *
  * @param site        The site; its camera is the best estimate so far. Surroundings are not used.
  * @param scanned     n shots of 4 numbers: pan and tilt as read (radians), measured depth along the
@@ -11086,7 +11087,7 @@ void ptzcal_plan_free(ptzcal_plan *result) PTZCAL_NOEXCEPT;
  * @param now         Receives 2 numbers, the position's expected error from what is scanned: root mean
  *                    square and largest semi-axis, metres, both INFINITY while that does not determine the
  *                    camera; may be NULL.
- * @param buffer      Receives 5 numbers for each chosen shot, the most valuable first; may be NULL when
+ * @param buffer      Receives 5 numbers for each chosen shot, in the order to take them; may be NULL when
  *                    capacity is 0.
  * @param capacity    Numbers that fit; 5 count are always enough.
  * @param needed      Receives their number; may be NULL.

@@ -7,7 +7,6 @@ use super::layout::{Layout, State};
 use super::linearise::Problem;
 use super::problem::{AdjustOptions, Adjustment, CameraSetup, Shot, Sighting, Station};
 use super::{Prior, solve};
-use crate::geometry::rig_model::{AxisOffsets, Encoders, LaserLine};
 use crate::geometry::rigid::exp;
 use crate::geometry::{Camera, Distortion, Intrinsics, Plane, RIG_PARAMETERS, RigModel, Rigid};
 
@@ -35,21 +34,9 @@ fn correlated(sigmas: &[f64], random: &mut Random) -> Prior {
     Prior::of_covariance(&root * root.transpose())
 }
 
-fn rig() -> RigModel {
-    RigModel {
-        width: 720,
-        height: 576,
-        intrinsics: Intrinsics::new(800.0, 360.0, 288.0),
-        distortion: Distortion::None,
-        laser: LaserLine { x0: 0.1, y0: 0.005, vx: -0.005, vy: 0.003 },
-        offsets: AxisOffsets::default(),
-        encoders: Encoders::default(),
-    }
-}
-
 /// Two stations, two cameras and two planes, with beliefs that the state is far from; no shots yet.
 fn far_from_its_beliefs(random: &mut Random) -> (Adjustment, State) {
-    let mut input = Adjustment::new(rig()).unwrap();
+    let mut input = Adjustment::new(RigModel::ideal()).unwrap();
     let sigmas: Vec<f64> = (0..RIG_PARAMETERS).map(|i| if (4..7).contains(&i) { 2.0 } else { 0.01 }).collect();
     input.set_rig_prior(correlated(&sigmas, random)).unwrap();
     let second = Rigid { rotation: exp(&Vector3::new(0.1, 0.4, -0.1)), translation: Vector3::new(0.5, 0.1, -0.2) };
@@ -74,7 +61,7 @@ fn far_from_its_beliefs(random: &mut Random) -> (Adjustment, State) {
     let intrinsics = Intrinsics { fx: 805.0, fy: 795.0, skew: 1.0, cx: 405.0, cy: 298.0 };
     let change = std::array::from_fn(|i| sigmas[i] * uniform(random));
     let state = State {
-        rig: rig().moved(&change),
+        rig: RigModel::ideal().moved(&change),
         stations: vec![Rigid::identity(), moved(&second, random)],
         cameras: vec![
             Camera { pose: moved(&camera.pose, random), ..camera },

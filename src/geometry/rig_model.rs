@@ -183,25 +183,41 @@ impl RigModel {
     }
 }
 
+/// Rigs of tests.
+#[cfg(test)]
+impl RigModel {
+    /// The thesis's: both axes through the camera, encoders that tell the truth.
+    pub(crate) fn ideal() -> Self {
+        Self {
+            width: 720,
+            height: 576,
+            intrinsics: Intrinsics::new(800.0, 360.0, 288.0),
+            distortion: Distortion::None,
+            laser: LaserLine { x0: 0.1, y0: 0.005, vx: -0.005, vy: 0.003 },
+            offsets: AxisOffsets::default(),
+            encoders: Encoders::default(),
+        }
+    }
+
+    /// The same with all of it a little off.
+    pub(crate) fn crooked() -> Self {
+        Self {
+            intrinsics: Intrinsics { fx: 800.0, fy: 802.0, skew: 0.4, cx: 361.0, cy: 287.0 },
+            distortion: Distortion::BrownConrady([-0.1, 0.02, 0.001, -0.0005, 0.0]),
+            offsets: AxisOffsets { tilt_y: 0.01, tilt_z: 0.02, pan_x: 0.005, pan_z: 0.02 },
+            encoders: Encoders { pan_zero: 0.01, pan_scale: 1.01, tilt_zero: -0.02, tilt_scale: 0.98 },
+            ..Self::ideal()
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn rig() -> RigModel {
-        RigModel {
-            width: 720,
-            height: 576,
-            intrinsics: Intrinsics::new(800.0, 360.0, 288.0),
-            distortion: Distortion::BrownConrady([-0.1, 0.02, 0.001, -0.0005, 0.0]),
-            laser: LaserLine { x0: 0.1, y0: 0.005, vx: -0.005, vy: 0.003 },
-            offsets: AxisOffsets { tilt_y: 0.01, tilt_z: 0.02, pan_x: 0.005, pan_z: 0.02 },
-            encoders: Encoders { pan_zero: 0.01, pan_scale: 1.001, tilt_zero: -0.02, tilt_scale: 0.999 },
-        }
-    }
-
     #[test]
     fn a_spot_gives_back_its_point() {
-        let rig = rig();
+        let rig = RigModel::crooked();
         for (pan, tilt, depth) in [(0.0, 0.0, 2.0), (-0.5, 0.3, 1.1), (0.4, -0.35, 5.0)] {
             let (o, d) = rig.laser_in_world(pan, tilt);
             let point = o + d * depth;
@@ -216,8 +232,8 @@ mod tests {
 
     #[test]
     fn inverse_depth_variance_is_that_of_its_formula() {
-        // Without distortion: sigma_rho = sigma / (f * baseline).
-        let rig = RigModel { distortion: Distortion::None, ..rig() };
+        // Without distortion and skew: sigma_rho = sigma / (f * baseline).
+        let rig = RigModel { offsets: RigModel::crooked().offsets, ..RigModel::ideal() };
         let pixel = rig.spot_pixel(0.4).unwrap();
         let m = rig.measure(0.1, 0.2, &pixel, &(Matrix2::identity() * 0.04)).unwrap();
         let wanted = 0.2 / (800.0 * 0.1f64.hypot(0.005));
@@ -230,7 +246,7 @@ mod tests {
 
     #[test]
     fn readings_and_true_angles_are_inverse() {
-        let rig = rig();
+        let rig = RigModel::crooked();
         let (p, t) = rig.true_angles(0.3, -0.2);
         let (pan, tilt) = rig.readings(p, t);
         assert!((pan - 0.3).abs() < 1e-15 && (tilt + 0.2).abs() < 1e-15);
@@ -238,15 +254,15 @@ mod tests {
 
     #[test]
     fn bad_models_are_refused() {
-        assert!(rig().validate().is_ok());
-        let mut r = rig();
+        assert!(RigModel::crooked().validate().is_ok());
+        let mut r = RigModel::crooked();
         r.laser.x0 = 0.0;
         r.laser.y0 = 0.0;
         assert!(r.validate().is_err());
-        let mut r = rig();
+        let mut r = RigModel::crooked();
         r.offsets.pan_z = f64::INFINITY;
         assert_eq!(r.validate(), Err(Error::NotFinite { name: "offsets", index: 3 }));
         let singular = Matrix2::new(1.0, 1.0, 1.0, 1.0);
-        assert!(rig().measure(0.0, 0.0, &Vector2::new(400.0, 300.0), &singular).is_err());
+        assert!(RigModel::crooked().measure(0.0, 0.0, &Vector2::new(400.0, 300.0), &singular).is_err());
     }
 }

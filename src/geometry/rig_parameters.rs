@@ -229,25 +229,15 @@ impl RigModel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::rig_model::{AxisOffsets, Encoders, LaserLine};
-    use crate::geometry::{Distortion, Intrinsics};
-
-    fn rig() -> RigModel {
-        RigModel {
-            width: 720,
-            height: 576,
-            intrinsics: Intrinsics { fx: 800.0, fy: 802.0, skew: 0.4, cx: 361.0, cy: 287.0 },
-            distortion: Distortion::BrownConrady([-0.1, 0.02, 0.001, -0.0005, 0.0]),
-            laser: LaserLine { x0: 0.1, y0: 0.005, vx: -0.005, vy: 0.003 },
-            offsets: AxisOffsets { tilt_y: 0.01, tilt_z: 0.02, pan_x: 0.005, pan_z: 0.02 },
-            encoders: Encoders { pan_zero: 0.01, pan_scale: 1.001, tilt_zero: -0.02, tilt_scale: 0.999 },
-        }
-    }
 
     fn stepped(i: usize, h: f64) -> RigModel {
         let mut step = [0.0; RIG_PARAMETERS];
         step[i] = h;
         rig().moved(&step)
+    }
+
+    fn rig() -> RigModel {
+        RigModel::crooked()
     }
 
     #[test]

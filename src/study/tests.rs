@@ -10,24 +10,11 @@ use super::*;
 use crate::adjust::Prior;
 use crate::calibrate::{CalibrationOptions, DistortionModel};
 use crate::error::{Error, Status};
-use crate::geometry::rig_model::{AxisOffsets, Encoders, LaserLine};
 use crate::geometry::{Camera, Distortion, Intrinsics, Plane, RigModel, RigParameter, Rigid, rigid};
 use crate::rig::ScanRegion;
 
 fn on(_: usize, _: usize) -> ControlFlow<()> {
     Continue(())
-}
-
-fn rig() -> RigModel {
-    RigModel {
-        width: 720,
-        height: 576,
-        intrinsics: Intrinsics::new(800.0, 360.0, 288.0),
-        distortion: Distortion::None,
-        laser: LaserLine { x0: 0.1, y0: 0.005, vx: -0.005, vy: 0.003 },
-        offsets: AxisOffsets::default(),
-        encoders: Encoders::default(),
-    }
 }
 
 fn camera(pose: Rigid) -> Camera {
@@ -69,7 +56,7 @@ fn region(pan_steps: u32, tilt_steps: u32) -> ScanRegion {
 fn site(camera: Camera) -> Site {
     let estimate =
         CalibrationOptions { skew_sigma: f64::INFINITY, aspect_sigma: f64::INFINITY, ..CalibrationOptions::default() };
-    Site { estimate, ..Site::new(rig(), camera) }
+    Site { estimate, ..Site::new(RigModel::ideal(), camera) }
 }
 
 /// `count` shots of the grid of the mathematics notes, which hides nothing from the camera.
@@ -570,7 +557,7 @@ fn the_watch_says_when_the_target_is_met() {
         .collect();
     // An order without system.
     let mixed: Vec<SeenShot> = (0..seen.len()).map(|i| seen[i * 373 % seen.len()]).collect();
-    let mut watch = AccuracyWatch::new(rig(), 800, 600, 5e-4).unwrap();
+    let mut watch = AccuracyWatch::new(RigModel::ideal(), 800, 600, 5e-4).unwrap();
     watch.estimate = site.estimate.clone();
     let fresh = watch.clone();
     let mut shots = mixed.iter();
@@ -600,7 +587,7 @@ fn the_watch_says_when_the_target_is_met() {
     watch.clear();
     assert!(watch.count() == 0 && watch.accuracy().is_err());
     for target in [0.0, -1.0, f64::NAN] {
-        assert!(AccuracyWatch::new(rig(), 800, 600, target).is_err());
+        assert!(AccuracyWatch::new(RigModel::ideal(), 800, 600, target).is_err());
     }
-    assert!(AccuracyWatch::new(rig(), 0, 600, 1.0).is_err());
+    assert!(AccuracyWatch::new(RigModel::ideal(), 0, 600, 1.0).is_err());
 }

@@ -3759,7 +3759,8 @@ outcome<ptzcal::health_report> health_check_spots(const ptzcal_rig_model &model,
 
 // Given what is scanned, where to shoot next so that the fixed camera's position becomes surer.
 // Depths at the candidates are predicted from the scanned ones, and so is whether the fixed camera
-// sees them; ask again after every few dozen shots.
+// sees them. With a target the first shot may be a look at a place of which little is known,
+// expected to save several shots later. Asked after every shot, with the target, it needs fewest.
 //   site: The site; its camera is the best estimate so far. Surroundings are not used.
 //   scanned: n shots of 4 numbers: pan and tilt as read (radians), measured depth along the head's
 //   axis (metres), 1 when the fixed camera saw the spot, else 0.
