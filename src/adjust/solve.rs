@@ -192,10 +192,8 @@ impl Search {
             }
         }
         // Along a direction that the data do not have, steps never end.
-        demand_determined(&system, problem.layout, &state)?;
-        if flat >= FLAT {
-            let detail = weakness::undetermined(&system.h, problem.layout, &state);
-            return Err(Error::degenerate(Degeneracy::IllConditioned, detail));
+        if flat >= FLAT || covariance(&system.h).is_none() {
+            return Err(undetermined(&system, problem.layout, &state));
         }
         Err(no_convergence(self.iterations, format!("cost {:.6e}, damping {:.1e}", system.cost, self.damping)))
     }
@@ -242,10 +240,11 @@ pub(super) fn covariance(h: &Mat<f64>) -> Option<DMatrix<f64>> {
 
 /// The covariance of all columns, or what the data say nothing of.
 fn demand_determined(system: &System, layout: &Layout, state: &State) -> Result<DMatrix<f64>> {
-    covariance(&system.h).ok_or_else(|| {
-        let detail = weakness::undetermined(&system.h, layout, state);
-        Error::degenerate(Degeneracy::IllConditioned, detail)
-    })
+    covariance(&system.h).ok_or_else(|| undetermined(system, layout, state))
+}
+
+fn undetermined(system: &System, layout: &Layout, state: &State) -> Error {
+    Error::degenerate(Degeneracy::IllConditioned, weakness::undetermined(&system.h, layout, state))
 }
 
 /// The last linearisation, the gates, and the answer.

@@ -1,7 +1,6 @@
 //! The gradient against differences of the cost that it belongs to.
 
 use nalgebra::{DMatrix, Matrix2, Vector2, Vector3};
-use rand_core::SeedableRng;
 
 use super::layout::{Layout, State};
 use super::linearise::Problem;
@@ -9,28 +8,17 @@ use super::problem::{AdjustOptions, Adjustment, CameraSetup, Shot, Sighting, Sta
 use super::{Prior, solve};
 use crate::geometry::rigid::exp;
 use crate::geometry::{Camera, Distortion, Intrinsics, Plane, RIG_PARAMETERS, RigModel, Rigid};
-
-type Random = rand_chacha::ChaCha8Rng;
-
-/// Uniform in [-1, 1).
-fn uniform(random: &mut Random) -> f64 {
-    use rand_core::Rng;
-    (random.next_u64() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-}
-
-fn vector(random: &mut Random, scale: f64) -> Vector3<f64> {
-    Vector3::from_fn(|_, _| scale * uniform(random))
-}
+use crate::rig::fake::Random;
 
 fn moved(pose: &Rigid, random: &mut Random) -> Rigid {
-    let rotation = exp(&vector(random, 0.3)) * pose.rotation;
-    Rigid { rotation, translation: pose.translation + vector(random, 0.1) }
+    let rotation = exp(&(random.vector() * 0.3)) * pose.rotation;
+    Rigid { rotation, translation: pose.translation + random.vector() * 0.1 }
 }
 
 /// A full covariance with these standard deviations.
 fn correlated(sigmas: &[f64], random: &mut Random) -> Prior {
     let n = sigmas.len();
-    let root = DMatrix::from_fn(n, n, |i, j| sigmas[i] * if i == j { 1.0 } else { 0.3 * uniform(random) });
+    let root = DMatrix::from_fn(n, n, |i, j| sigmas[i] * if i == j { 1.0 } else { random.between(-0.3, 0.3) });
     Prior::of_covariance(&root * root.transpose())
 }
 
@@ -59,7 +47,7 @@ fn far_from_its_beliefs(random: &mut Random) -> (Adjustment, State) {
     }
     let brown_conrady = Distortion::BrownConrady([-0.1, 0.05, 0.001, 0.002, 0.01]);
     let intrinsics = Intrinsics { fx: 805.0, fy: 795.0, skew: 1.0, cx: 405.0, cy: 298.0 };
-    let change = std::array::from_fn(|i| sigmas[i] * uniform(random));
+    let change = std::array::from_fn(|i| sigmas[i] * random.between(-1.0, 1.0));
     let state = State {
         rig: RigModel::ideal().moved(&change),
         stations: vec![Rigid::identity(), moved(&second, random)],
@@ -82,10 +70,10 @@ fn add_shots(input: &mut Adjustment, state: &mut State, random: &mut Random) {
     let covariance = Matrix2::new(0.3, 0.1, 0.1, 0.4);
     for index in 0..60 {
         let station = index % 2;
-        let (pan, tilt) = (0.2 * uniform(random), 0.2 * uniform(random));
-        let rho = 1.0 / (2.0 + 0.5 * uniform(random));
-        let local = [rho, 1e-3 * uniform(random), 1e-3 * uniform(random)];
-        let off = |random: &mut Random| Vector2::from_fn(|_, _| 3.0 * uniform(random));
+        let (pan, tilt) = (random.between(-0.2, 0.2), random.between(-0.2, 0.2));
+        let rho = 1.0 / (2.0 + random.between(-0.5, 0.5));
+        let local = [rho, random.between(-1e-3, 1e-3), random.between(-1e-3, 1e-3)];
+        let off = |random: &mut Random| Vector2::from_fn(|_, _| random.between(-3.0, 3.0));
         let head = state.rig.spot_pixel(rho).unwrap() + off(random);
         let ray = state.rig.laser_ray(pan, tilt, [local[1], local[2]]);
         let point = state.stations[station].apply(&(ray.origin + ray.direction / rho));
@@ -107,7 +95,7 @@ fn add_shots(input: &mut Adjustment, state: &mut State, random: &mut Random) {
 #[test]
 fn the_gradient_is_that_of_the_cost() {
     for (seed, huber) in [(1, f64::INFINITY), (2, 3.0), (3, 1.0)] {
-        let random = &mut Random::seed_from_u64(seed);
+        let random = &mut Random(seed);
         let (mut input, mut state) = far_from_its_beliefs(random);
         add_shots(&mut input, &mut state, random);
         let layout = Layout::of(&input).unwrap();

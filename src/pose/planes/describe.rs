@@ -3,12 +3,12 @@
 
 use nalgebra::Vector3;
 
-use super::FoundPlane;
 use super::assign::{BLOCK, NONE};
 use super::kernels::{self, Columns, Cut};
 use super::measured::Measured;
 use super::rows::Kind;
 use super::support::{Grid, PlaneSupport, UNEVENNESS_CELLS, unevenness};
+use super::{FoundPlane, any_of};
 use crate::pose::plane_fit::{Fit, PlaneEstimate};
 
 /// Measurements that tell a plane's axes and how far it reaches: the ends are known to a thousandth of a side.
@@ -89,8 +89,7 @@ fn sampled(labels: &[u16], counts: &[usize]) -> Vec<Vec<u32>> {
     }
     for (k, sample) in samples.iter_mut().enumerate().filter(|(k, _)| !is_small(*k)) {
         let every = counts[k] / SAMPLED;
-        // One of each so many, any: every so manieth of a scan line would be columns of it.
-        let some = (0..labels.len() / every).map(|group| every * group + group.wrapping_mul(40_503) % every);
+        let some = (0..labels.len() / every).map(|group| any_of(group, every));
         sample.extend(some.filter(|i| labels[*i] == k as u16).map(|i| i as u32));
     }
     samples

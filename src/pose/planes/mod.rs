@@ -277,6 +277,11 @@ fn fitted(
     Ok(StationPlanes { planes, labels, sigma: 0.0, view })
 }
 
+/// Any one of a group of `every` measurements: every so manieth of a scan line would be columns of it, with gaps.
+fn any_of(group: usize, every: usize) -> usize {
+    every * group + group.wrapping_mul(40_503) % every
+}
+
 /// The view of measurements with their labels. `place`: of a usable one, by its number among those, and of all.
 fn seen(
     planes: &[FoundPlane],
@@ -286,9 +291,8 @@ fn seen(
 ) -> View {
     let normals: Vec<Vector3<f64>> = planes.iter().map(|p| p.estimate.n.normalize()).collect();
     let count = usable.count();
-    // One of each so many, any: every so manieth of a scan line would leave gaps.
     let every = (count / VIEWED).max(1);
-    let shown = |group: usize| every * group + group.wrapping_mul(40_503) % every;
+    let shown = |group: usize| any_of(group, every);
     let normal = |k: usize| labels[usable.at(k) as usize].map(|k| normals[k as usize]);
     let place = |k: usize| place(k, usable.at(k));
     View::of(count / every, |group| place(shown(group)), |group| normal(shown(group)))

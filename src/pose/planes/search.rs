@@ -136,14 +136,12 @@ struct Hunt<'a> {
 impl Hunt<'_> {
     /// The most significant plane; `None` where none was met.
     fn best(&self, rng: &mut ChaCha8Rng) -> Option<Vector3<f64>> {
-        let threshold = self.limits.threshold;
         let mut best: Option<(Contrast, Vector3<f64>)> = None;
         let (mut needed, mut tried) = (MAX_SAMPLES, 0);
         while tried < needed {
             tried += 1;
             let Some((n, around)) = self.sample(rng) else { continue };
-            let [inliers, shells] = count(&around, &self.kind.cut(&n), threshold);
-            if (Contrast { inliers, shells }).significance() < PROMISING {
+            if self.contrast(&n, &around).significance() < PROMISING {
                 continue;
             }
             if best.is_some_and(|(_, known)| self.is_part_of(&n, &known, &around)) {
@@ -162,8 +160,7 @@ impl Hunt<'_> {
             }
         }
         let n = self.on_one_patch(self.refine(best?.1, 3));
-        let [inliers, shells] = count(&self.free.columns(), &self.kind.cut(&n), threshold);
-        Contrast { inliers, shells }.is_surface(self.limits.min_points).then_some(n)
+        self.contrast(&n, &self.free.columns()).is_surface(self.limits.min_points).then_some(n)
     }
 
     /// A plane through neighbours, and those around them that must bear it out.
@@ -188,6 +185,11 @@ impl Hunt<'_> {
             return None;
         }
         Some((self.kind.through(three.map(|i| self.free.row(i)))?, around))
+    }
+
+    fn contrast(&self, n: &Vector3<f64>, among: &Columns<'_>) -> Contrast {
+        let [inliers, shells] = count(among, &self.kind.cut(n), self.limits.threshold);
+        Contrast { inliers, shells }
     }
 
     fn tally(&self, n: &Vector3<f64>, among: &Rows) -> Tally {
