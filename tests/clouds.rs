@@ -5,6 +5,7 @@ mod data;
 #[path = "support/python.rs"]
 mod python;
 
+use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
@@ -44,6 +45,16 @@ fn mesh() -> Mesh {
     let covered = texture(&mut mesh, &[Picture { image: image.view().unwrap(), camera: &camera }]).unwrap();
     assert!(covered > 700 && covered < mesh.triangles.len() - 700, "{covered}");
     mesh
+}
+
+/// The mesh in numbers that a script reads.
+fn write_truth(folder: &Path, mesh: &Mesh) {
+    let rows = |list: Vec<String>| format!("[{}]", list.join(","));
+    let xyz = mesh.vertices.positions.iter().map(|p| format!("[{},{},{}]", p.x, p.y, p.z)).collect();
+    let faces = mesh.triangles.iter().map(|t| format!("{t:?}")).collect();
+    let rgb = mesh.vertices.colours.iter().map(|c| format!("{c:?}")).collect();
+    let truth = format!("{{\"xyz\": {}, \"faces\": {}, \"rgb\": {}}}", rows(xyz), rows(faces), rows(rgb));
+    std::fs::write(folder.join("truth.json"), truth).unwrap();
 }
 
 /// What trimesh and pygltflib make of our files: see the script.
@@ -118,14 +129,61 @@ fn others_read_what_we_write() {
     write_glb(&folder.path().join("mesh.glb"), &mesh).unwrap();
     write_ply_mesh(&folder.path().join("mesh.ply"), &mesh).unwrap();
     write_ply(&folder.path().join("cloud.ply"), &mesh.vertices).unwrap();
-    let rows = |list: Vec<String>| format!("[{}]", list.join(","));
-    let xyz = mesh.vertices.positions.iter().map(|p| format!("[{},{},{}]", p.x, p.y, p.z)).collect();
-    let faces = mesh.triangles.iter().map(|t| format!("{t:?}")).collect();
-    let rgb = mesh.vertices.colours.iter().map(|c| format!("{c:?}")).collect();
-    let truth = format!("{{\"xyz\": {}, \"faces\": {}, \"rgb\": {}}}", rows(xyz), rows(faces), rows(rgb));
-    std::fs::write(folder.path().join("truth.json"), truth).unwrap();
+    write_truth(folder.path(), &mesh);
     let (success, text) =
         python::output(Command::new(python).args(["-c", SCRIPT]).arg(folder.path()), Duration::from_secs(120));
+    assert!(success && text.contains("agreed"), "{text}");
+}
+
+/// VTK reads our VRML: the same triangles where the rig saw them (y up in VRML), on the pictures' places. Its
+/// reader knows no PixelTexture and mistakes colours of vertices, so that both stay unread.
+#[test]
+fn vtk_reads_our_vrml() {
+    let Some(python) = python::environment("vtk-venv", &["numpy", "vtk"], "vtk") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = mesh();
+    write_mesh(&folder.path().join("mesh.wrl"), &mesh).unwrap();
+    write_truth(folder.path(), &mesh);
+    let script = r#"
+import sys, json, numpy as np, vtk
+from pathlib import Path
+from vtk.util.numpy_support import vtk_to_numpy
+folder = Path(sys.argv[1])
+truth = json.loads((folder / "truth.json").read_text())
+xyz, faces = np.array(truth["xyz"]), np.array(truth["faces"])
+importer = vtk.vtkVRMLImporter()
+importer.SetFileName(str(folder / "mesh.wrl"))
+importer.Update()
+actors = importer.GetRenderer().GetActors()
+actors.InitTraversal()
+found, pictured = [], 0
+for _ in range(actors.GetNumberOfItems()):
+    actor = actors.GetNextActor()
+    actor.GetMapper().Update()
+    data = actor.GetMapper().GetInput()
+    matrix = np.array([[actor.GetMatrix().GetElement(i, j) for j in range(4)] for i in range(4)])
+    points = vtk_to_numpy(data.GetPoints().GetData()) @ matrix[:3, :3].T + matrix[:3, 3]
+    triangles = vtk_to_numpy(data.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    found.append(points[triangles])
+    places = data.GetPointData().GetTCoords()
+    if places is not None:
+        pictured += len(triangles)
+        # The camera, without its lens: 280 px focal length, x right, y up; the picture is cut to what is used.
+        used = np.unique(triangles)
+        ideal = points[used, :2] / -points[used, 2:]
+        alike = [np.corrcoef(ideal[:, k], vtk_to_numpy(places)[used, k])[0, 1] for k in range(2)]
+        assert min(alike) > 0.999, alike
+found = np.concatenate(found) * [1, -1, -1]
+wanted = xyz[faces]
+assert found.shape == wanted.shape, (found.shape, wanted.shape)
+key = lambda corners: corners.mean(axis=1).round(4)
+order = [np.lexsort(key(c).T) for c in (found, wanted)]
+assert np.abs(found[order[0]].mean(axis=1) - wanted[order[1]].mean(axis=1)).max() < 1e-4
+assert 700 < pictured < len(found)
+print("agreed", len(found), pictured)
+"#;
+    let (success, text) =
+        python::output(Command::new(python).args(["-c", script]).arg(folder.path()), Duration::from_secs(120));
     assert!(success && text.contains("agreed"), "{text}");
 }
 

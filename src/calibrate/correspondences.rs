@@ -10,6 +10,10 @@ use crate::geometry::linalg::symmetric_eigen3;
 /// Largest coordinate that is taken for one, in metres or pixels: squares and their sums stay finite.
 const MAX_COORDINATE: f64 = 1e12;
 
+/// Most measurements of a set: 1.5 GB of memory, and about 8 GB while it is solved. More are refused
+/// before memory is taken for them.
+pub const MAX_OBSERVATIONS: usize = 10_000_000;
+
 /// One 2D-3D measurement: two equations, whatever its kind.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Observation {
@@ -102,8 +106,19 @@ impl Correspondences {
         &self.observations
     }
 
+    /// Refuses more measurements than a set may have.
+    pub(crate) fn check_room(&self, more: usize) -> Result<()> {
+        let count = self.observations.len().saturating_add(more);
+        if count <= MAX_OBSERVATIONS {
+            return Ok(());
+        }
+        let reason = format!("{count} of them, {MAX_OBSERVATIONS} are the most that a set takes: draw some of them");
+        Err(Error::invalid("measurements", reason))
+    }
+
     /// Adds one measurement; refuses what is not finite and covariances that are not positive.
     pub fn add(&mut self, observation: Observation) -> Result<()> {
+        self.check_room(1)?;
         let index = self.observations.len();
         match &observation {
             Observation::Point { world, world_covariance, pixel, pixel_covariance } => {
@@ -142,8 +157,9 @@ impl Correspondences {
 
     /// Adds all of them or, when one is refused, none.
     pub fn add_all(&mut self, observations: impl IntoIterator<Item = Observation>) -> Result<()> {
-        let before = self.observations.len();
-        let result = observations.into_iter().try_for_each(|o| self.add(o));
+        let (before, mut observations) = (self.observations.len(), observations.into_iter());
+        self.check_room(observations.size_hint().0)?;
+        let result = observations.try_for_each(|o| self.add(o));
         if result.is_err() {
             self.observations.truncate(before);
         }

@@ -3,7 +3,7 @@
 //! What a camera is calibrated from: a growing set of measurements of one camera, in any mixture of
 //! points whose position is known, points with covariances, laser shots of a rig, and straight lines.
 //! Each function that adds does it for all its measurements or for none. Indices count from 0 in the order of
-//! adding, and the results of a calibration keep that order.
+//! adding, and the results of a calibration keep that order. A set takes 10,000,000 measurements at most.
 
 use nalgebra::{Matrix3, Matrix6, Vector2, Vector3};
 
@@ -69,7 +69,7 @@ pub unsafe extern "C" fn ptzcal_correspondences_free(set: *mut ptzcal_correspond
 /// @param n     Number of points.
 /// @param error Receives the error; may be NULL.
 /// @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE (index: the point, in this call);
-///         PTZCAL_STATUS_BUSY.
+///         PTZCAL_STATUS_INVALID_ARGUMENT for more than a set takes; PTZCAL_STATUS_BUSY.
 ///
 /// Threads: exclusive.
 /// Since 0.1.0.
@@ -180,6 +180,8 @@ pub unsafe extern "C" fn ptzcal_correspondences_add_laser_shots(
                 vectors_optional::<3>(uv_covariance, n, "uv_covariance")?,
             )
         };
+        let mut set = set.0.write(ptzcal_correspondences::NAME)?;
+        set.check_room(n)?;
         let mut shots = Vec::with_capacity(n);
         for (i, ([pan, tilt], spot)) in pan_tilt.iter().zip(spots).enumerate() {
             let noise = covariance2(spot_covariance.map(|c| &c[i]));
@@ -189,7 +191,7 @@ pub unsafe extern "C" fn ptzcal_correspondences_add_laser_shots(
                 pixel_covariance: covariance2(uv_covariance.map(|c| &c[i])),
             });
         }
-        set.0.write(ptzcal_correspondences::NAME)?.add_all(shots)
+        set.add_all(shots)
     })
 }
 

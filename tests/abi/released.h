@@ -2330,7 +2330,7 @@ ptzcal_status ptzcal_match_lines(const double *point_direction,
  * What a camera is calibrated from: a growing set of measurements of one camera, in any mixture of
  * points whose position is known, points with covariances, laser shots of a rig, and straight lines.
  * Each function that adds does it for all its measurements or for none. Indices count from 0 in the order of
- * adding, and the results of a calibration keep that order.
+ * adding, and the results of a calibration keep that order. A set takes 10,000,000 measurements at most.
  * ============================================================================================= */
 
 /** 2D-3D measurements of one camera. */
@@ -2372,7 +2372,7 @@ void ptzcal_correspondences_free(ptzcal_correspondences *set) PTZCAL_NOEXCEPT;
  * @param n     Number of points.
  * @param error Receives the error; may be NULL.
  * @return PTZCAL_STATUS_OK; PTZCAL_STATUS_NOT_FINITE (index: the point, in this call);
- *         PTZCAL_STATUS_BUSY.
+ *         PTZCAL_STATUS_INVALID_ARGUMENT for more than a set takes; PTZCAL_STATUS_BUSY.
  *
  * Threads: exclusive.
  * Since 0.1.0.

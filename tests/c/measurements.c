@@ -127,6 +127,25 @@ static void sizes(void)
   }
 }
 
+/* One more than a set takes, where it holds 24: refused before memory is taken for them. Pages that nobody
+   reads cost nothing. */
+static void too_many(void)
+{
+  ptzcal_error *error = NULL;
+  size_t n = 10000000 - 24 + 1;
+  double *xyz = calloc(n, 3 * sizeof *xyz), *uv = calloc(n, 2 * sizeof *uv);
+  CHECK(xyz != NULL && uv != NULL);
+  CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, ptzcal_correspondences_add_points(set, xyz, uv, n, &error));
+  CHECK(strstr(ptzcal_error_message(error), "10000001"));
+  ptzcal_error_free(error);
+  make_rig_model(fixture_rig_model);
+  CHECK_STATUS(PTZCAL_STATUS_INVALID_ARGUMENT, ptzcal_correspondences_add_laser_shots(
+                                                   set, fixture_rig_model, uv, uv, NULL, uv, NULL, n, NULL));
+  holds(24);
+  free(xyz);
+  free(uv);
+}
+
 int main(void)
 {
   CHECK_OK(ptzcal_correspondences_new(800, 600, &set, NULL));
@@ -134,6 +153,7 @@ int main(void)
   shots();
   lines();
   sizes();
+  too_many();
   ptzcal_correspondences_free(set);
   return 0;
 }

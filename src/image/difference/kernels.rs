@@ -65,9 +65,10 @@ impl Gate {
     pub(super) fn trips(&self, on: &[u8], off: &[u8]) -> bool {
         let [mut high, mut low] = [[i16::MIN; LANES], [i16::MAX; LANES]];
         let mut meet = |lane: usize, a: u8, b: u8| {
-            let (a, b) = (a as i16 * UNIT as i16, b as i16);
-            high[lane] = high[lane].max(a - self.slope[1] * b);
-            low[lane] = low[lane].min(a - self.slope[0] * b);
+            // Within 16 bits (see UNIT); checks of it, where a build has them, would keep it from vectors.
+            let (a, b) = ((a as i16).wrapping_mul(UNIT as i16), b as i16);
+            high[lane] = high[lane].max(a.wrapping_sub(self.slope[1].wrapping_mul(b)));
+            low[lane] = low[lane].min(a.wrapping_sub(self.slope[0].wrapping_mul(b)));
         };
         let ((on, on_rest), (off, off_rest)) = (on.as_chunks::<LANES>(), off.as_chunks::<LANES>());
         for (a, b) in on.iter().zip(off) {
