@@ -282,7 +282,8 @@ fn two_depth_images_are_registered_by_their_planes() {
     }
 }
 
-/// Two laser scans of a real room, against ICP of all points: 1 degree, 5 cm, without the odometry.
+/// Two laser scans of a real room, against ICP of all points: 1 degree, 5 cm, without the odometry. The seed
+/// decides which planes are found; a pose that they do not decide is refused.
 #[test]
 fn two_scans_of_a_real_room_are_registered_by_their_planes() {
     let Some(folder) = data::folder("cloud_pcl_room_scans") else { return };
@@ -290,17 +291,32 @@ fn two_scans_of_a_real_room_are_registered_by_their_planes() {
     let rotation = Matrix3::new(0.75671, -0.65347, 0.01917, 0.65331, 0.75695, 0.01459, -0.02404, 0.00149, 0.99971);
     let truth = Rigid { rotation, translation: Vector3::new(1.97048, 0.05691, 0.03037) };
     // What is nearer than 0.5 m is the robot; the scanner is good to a centimetre.
-    for seed in 1..6 {
+    let scans = ["room_scan1.pcd", "room_scan2.pcd"].map(|name| pcd::read(&folder.join(name)));
+    assert!(scans.iter().all(|points| points.len() > 112_000));
+    let (mut angles, mut refused) = (Vec::new(), 0);
+    for seed in 1..=20 {
         let options = FindPlanesOptions { flatness: 0.01, range: [0.5, f64::INFINITY], seed, ..Default::default() };
-        let [a, b] = ["room_scan1.pcd", "room_scan2.pcd"].map(|name| {
-            let points = pcd::read(&folder.join(name));
-            assert!(points.len() > 112_000);
-            find_planes_in_points(&points, None, &options).unwrap()
-        });
-        let found = register_stations(&a, &b, &StationOptions::default()).unwrap();
-        let e = error(&found, &truth);
-        let (angle, off) = (e.fixed_rows::<3>(0).norm().to_degrees(), e.fixed_rows::<3>(3).norm());
-        println!("seed {seed}: {angle:.2} degrees, {:.1} mm, {} planes", off * 1e3, found.matches.len());
-        assert!(angle < 1.0 && off < 0.05);
+        let [a, b] = scans.each_ref().map(|points| find_planes_in_points(points, None, &options).unwrap());
+        match register_stations(&a, &b, &StationOptions::default()) {
+            Ok(found) => {
+                let e = error(&found, &truth);
+                let (angle, off) = (e.fixed_rows::<3>(0).norm().to_degrees(), e.fixed_rows::<3>(3).norm());
+                let sigma = found.covariance.fixed_view::<3, 3>(0, 0).trace().sqrt().to_degrees();
+                println!(
+                    "seed {seed}: {angle:.2} degrees (stated {sigma:.2}), {:.1} mm, {} planes",
+                    off * 1e3,
+                    found.matches.len()
+                );
+                assert!(angle < 1.0 && off < 0.05);
+                angles.push(angle);
+            }
+            Err(e) => {
+                println!("seed {seed}: {e}");
+                refused += 1;
+            }
+        }
     }
+    angles.sort_by(f64::total_cmp);
+    println!("median {:.2} degrees, {refused} refused", angles[angles.len() / 2]);
+    assert!(refused == 0 && angles[angles.len() / 2] < 0.5);
 }

@@ -28,8 +28,9 @@ const USEFUL: f64 = 0.15;
 const MIN_SAMPLES: usize = 60;
 const MAX_SAMPLES: usize = 1500;
 const OVERLOOKED: f64 = 0.01;
-/// Hunts without a plane after which there are no more.
-const MISSES: usize = 2;
+/// Best candidates that are no surfaces after which there are no more: cuts through clutter, which are not
+/// looked at again.
+const MISSES: usize = 5;
 /// Measurements whose distances are held at a time.
 const STRETCH: usize = 1024;
 /// Rounds in which a candidate is fitted to what agrees with it.
@@ -74,14 +75,15 @@ pub(super) struct Limits {
 /// Planes, the most significant first. The measurements are in Morton order.
 pub(super) fn search(m: Rows, kind: &Kind, limits: &Limits, rng: &mut ChaCha8Rng) -> Vec<Vector3<f64>> {
     let mut free = m;
-    let (mut planes, mut misses) = (Vec::new(), 0);
-    while planes.len() < limits.max_planes && free.count() >= limits.min_points && misses < MISSES {
+    let (mut planes, mut rejected) = (Vec::new(), Vec::new());
+    while planes.len() < limits.max_planes && free.count() >= limits.min_points && rejected.len() < MISSES {
         let scored = free.gather(&some_of(free.count(), SCORED, rng));
-        let hunt = Hunt { limits, kind, free: &free, scored: &scored };
-        let Some(n) = hunt.best(rng) else {
-            misses += 1;
+        let hunt = Hunt { limits, kind, free: &free, scored: &scored, rejected: &rejected };
+        let Some(n) = hunt.best(rng) else { break };
+        if !hunt.contrast(&n, &free.columns()).is_surface(limits.min_points) {
+            rejected.push(n);
             continue;
-        };
+        }
         planes.push(n);
         if planes.len() < limits.max_planes {
             // The shells go too: what noise and unevenness leave there would look like planes of its own.
@@ -131,10 +133,12 @@ struct Hunt<'a> {
     free: &'a Rows,
     /// A random choice of them, in random order.
     scored: &'a Rows,
+    /// Candidates that were the best before and are no surfaces.
+    rejected: &'a [Vector3<f64>],
 }
 
 impl Hunt<'_> {
-    /// The most significant plane; `None` where none was met.
+    /// The most significant candidate, fitted to all that agrees with it; `None` where none was met.
     fn best(&self, rng: &mut ChaCha8Rng) -> Option<Vector3<f64>> {
         let mut best: Option<(Contrast, Vector3<f64>)> = None;
         let (mut needed, mut tried) = (MAX_SAMPLES, 0);
@@ -144,7 +148,8 @@ impl Hunt<'_> {
             if self.contrast(&n, &around).significance() < PROMISING {
                 continue;
             }
-            if best.is_some_and(|(_, known)| self.is_part_of(&n, &known, &around)) {
+            let known = || self.rejected.iter().copied().chain(best.map(|(_, n)| n));
+            if known().any(|known| self.is_part_of(&n, &known, &around)) {
                 continue;
             }
             let least = best.map_or(0, |(b, _)| b.inliers / 4);
@@ -154,13 +159,16 @@ impl Hunt<'_> {
                 continue;
             }
             let (score, n) = self.grow(score, n);
+            let all = self.scored.columns();
+            if self.rejected.iter().any(|known| self.is_part_of(&n, known, &all)) {
+                continue;
+            }
             if best.is_none_or(|(b, _)| score.significance() > b.significance()) {
                 best = Some((score, n));
                 needed = samples_needed(score.inliers as f64 / self.scored.count() as f64);
             }
         }
-        let n = self.on_one_patch(self.refine(best?.1, 3));
-        self.contrast(&n, &self.free.columns()).is_surface(self.limits.min_points).then_some(n)
+        Some(self.on_one_patch(self.refine(best?.1, 3)))
     }
 
     /// A plane through neighbours, and those around them that must bear it out.
