@@ -12,8 +12,10 @@ use super::handle::{Handle, HandleOut, borrow, free};
 use super::head_options::ptzcal_head_options;
 use super::sized::{self, SizedOut, SizedStruct};
 use super::status::ptzcal_status;
+use crate::device::LaserLimits;
 use crate::error::{Error, Result};
 use crate::probe::{Figure, Measured, ProbeOptions, ProbeParts, ProbeReport, probe};
+use crate::rig::LaserControl;
 use std::ffi::c_char;
 
 /// How a device is probed.
@@ -277,11 +279,13 @@ pub unsafe extern "C" fn ptzcal_probe(
         };
         let settings = head.0.read("head")?;
         let mut opened = settings.open()?;
-        let mut laser = if options.toggle_laser { settings.open_laser(&opened)? } else { None };
+        let laser = if options.toggle_laser { settings.open_laser(&opened)? } else { None };
+        let (clock, log) = (opened.clock.clone(), settings.log.clone());
+        let laser = laser.map(|laser| LaserControl::new(laser, clock, log, &LaserLimits::default())).transpose()?;
         let parts = ProbeParts {
             head: &mut *opened.ptz,
             frames: opened.frames.as_mut().map(|frames| &mut **frames as _),
-            laser: laser.as_mut().map(|laser| &mut **laser as _),
+            laser: laser.as_ref(),
             camera,
             clock: &*opened.clock,
             log: &settings.log,

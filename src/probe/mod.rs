@@ -7,16 +7,17 @@
 mod report;
 mod session;
 mod shift;
+mod statistics;
 #[cfg(test)]
 mod tests;
 
 pub use report::{Figure, Measured, ProbeReport};
 
 use crate::control::{Cancel, Clock, Log};
-use crate::device::{FrameSource, Laser, PanTiltZoom};
+use crate::device::{FrameSource, PanTiltZoom};
 use crate::error::{Error, Result};
 use crate::geometry::Camera;
-use crate::rig::{FrameOptions, SettleOptions};
+use crate::rig::{FrameOptions, LaserControl, SettleOptions};
 use session::Session;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,7 +72,7 @@ pub struct ProbeParts<'a> {
     pub head: &'a mut dyn PanTiltZoom,
     /// Frames of the camera on the head.
     pub frames: Option<&'a mut dyn FrameSource>,
-    pub laser: Option<&'a mut dyn Laser>,
+    pub laser: Option<&'a LaserControl>,
     /// Lens of the camera, to give what the picture shows in radians.
     pub camera: Option<Camera>,
     /// The clock that stamps the frames.

@@ -3,19 +3,24 @@
 use std::sync::{Arc, Mutex};
 
 use super::*;
-use crate::device::{Frame, Identity, Motion, PtzCapabilities, PtzPosition};
+use crate::device::{Frame, Identity, Laser, LaserLimits, Motion, PtzCapabilities, PtzPosition};
 use crate::sim::{SimOptions, Simulator};
 
 fn simulator(address: &str) -> Simulator {
     Simulator::new(SimOptions::parse(address).unwrap()).unwrap()
 }
 
+fn control(laser: Box<dyn Laser>, clock: &Arc<dyn Clock>) -> LaserControl {
+    LaserControl::new(laser, clock.clone(), Log::silent(), &LaserLimits::default()).unwrap()
+}
+
 fn run(simulator: &Simulator, head: &mut dyn PanTiltZoom, options: &ProbeOptions) -> Result<ProbeReport> {
-    let (mut frames, mut laser, clock) = (simulator.head_frames(), simulator.laser(), simulator.clock());
+    let (mut frames, clock) = (simulator.head_frames(), simulator.clock());
+    let laser = control(Box::new(simulator.laser()), &clock);
     let parts = ProbeParts {
         head,
         frames: Some(&mut frames),
-        laser: Some(&mut laser),
+        laser: Some(&laser),
         camera: Some(simulator.truth().rig.head_camera(0.0, 0.0)),
         clock: &*clock,
         log: &Log::silent(),
@@ -238,14 +243,19 @@ fn what_cannot_be_had_carries_its_reason() {
     assert!(report.stop_distance.unwrap_err().contains("in time") && report.duration < 7.0);
 }
 
-/// A laser that counts, and may refuse to go off.
+/// A laser that writes down how it was switched, and may refuse to go off once it was on.
 struct Lamp {
     on: Arc<Mutex<Vec<bool>>>,
+    stuck: bool,
 }
 
 impl Laser for Lamp {
     fn set(&mut self, on: bool) -> Result<()> {
-        self.on.lock().unwrap().push(on);
+        let mut history = self.on.lock().unwrap();
+        history.push(on);
+        if self.stuck && !on && history.contains(&true) {
+            return Err(Error::Device { reason: "its relay is welded".into() });
+        }
         Ok(())
     }
 }
@@ -256,11 +266,11 @@ fn the_laser_is_off_at_the_end_and_untouched_unless_asked_for() {
         let simulator = simulator("sim:room");
         let (mut frames, clock, mut head) = (simulator.head_frames(), simulator.clock(), simulator.ptz());
         let on = Arc::new(Mutex::new(Vec::new()));
-        let mut lamp = Lamp { on: on.clone() };
+        let lamp = control(Box::new(Lamp { on: on.clone(), stuck: false }), &clock);
         let parts = ProbeParts {
             head: &mut head,
             frames: (!blind).then_some(&mut frames as &mut dyn FrameSource),
-            laser: Some(&mut lamp),
+            laser: Some(&lamp),
             camera: None,
             clock: &*clock,
             log: &Log::silent(),
@@ -275,6 +285,44 @@ fn the_laser_is_off_at_the_end_and_untouched_unless_asked_for() {
         } else {
             assert!(!history.contains(&true), "{history:?}");
         }
+    }
+}
+
+#[test]
+fn a_laser_that_stays_on_ends_the_probe_and_a_panic_switches_it_off() {
+    /// Frames that panic while the laser is on.
+    struct Panicking(crate::sim::SimFrames, Arc<Mutex<Vec<bool>>>);
+    impl FrameSource for Panicking {
+        fn next_frame(&mut self, not_before: f64, timeout: f64, frame: &mut Frame) -> Result<()> {
+            let lit = self.1.lock().unwrap().last() == Some(&true);
+            assert!(!lit, "a bug");
+            self.0.next_frame(not_before, timeout, frame)
+        }
+    }
+    for stuck in [true, false] {
+        let (simulator, on) = (simulator("sim:room"), Arc::new(Mutex::new(Vec::new())));
+        let (clock, mut head, mut frames) = (simulator.clock(), simulator.ptz(), simulator.head_frames());
+        let mut panicking = Panicking(simulator.head_frames(), on.clone());
+        let lamp = control(Box::new(Lamp { on: on.clone(), stuck }), &clock);
+        let parts = ProbeParts {
+            head: &mut head,
+            frames: Some(if stuck { &mut frames } else { &mut panicking }),
+            laser: Some(&lamp),
+            camera: None,
+            clock: &*clock,
+            log: &Log::silent(),
+        };
+        let options = ProbeOptions { toggle_laser: true, ..ProbeOptions::default() };
+        let cancel = Cancel::new();
+        let probed = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| probe(parts, &options, &cancel)));
+        if stuck {
+            let error = probed.unwrap().unwrap_err().to_string();
+            assert!(error.contains("THE LASER MAY BE ON") && error.contains("welded"), "{error}");
+        } else {
+            assert!(probed.is_err());
+        }
+        let history = on.lock().unwrap();
+        assert!(history.contains(&true) && history.last() == Some(&false), "{history:?}");
     }
 }
 
