@@ -59,6 +59,16 @@ def spot_frames(width: int, height: int, colour: bool, seed: int = 3):
     return frames[0], frames[1], np.array(centre)
 
 
+def nv12(bgr):
+    """Luma (BT.601) over interleaved chroma of half the size; (height * 3 / 2, width)."""
+    height, width = bgr.shape[:2]
+    b, g, r = np.moveaxis(bgr.astype(float), 2, 0)
+    luma = 0.299 * r + 0.587 * g + 0.114 * b
+    half = [128 + k * (c - luma).reshape(height // 2, 2, width // 2, 2).mean(axis=(1, 3)) for k, c in ((0.564, b), (0.713, r))]
+    chroma = np.stack(half, axis=2).reshape(height // 2, width)
+    return np.clip(np.rint(np.concatenate([luma, chroma])), 0, 255).astype(np.uint8)
+
+
 def small_spots(n: int, seed: int = 4):
     """n on/off pairs of 48 x 48 pixels with a spot at a place between pixels; and the places."""
     rng = np.random.default_rng(seed)

@@ -101,28 +101,67 @@ def barest_recipe(on, off):
     return np.array([x + m["m10"] / m["m00"], y + m["m01"] / m["m00"]])
 
 
+RECIPES = {
+    "OpenCV absdiff, threshold, components": usual_recipe,
+    "OpenCV subtract, minMaxLoc": barest_recipe,
+}
+
+
+def _spot(size, ours, theirs, centre, recipes=RECIPES) -> Iterator[Task]:
+    """A row for each recipe; `theirs` is what it is called with."""
+
+    def error(found):
+        return np.linalg.norm(found - centre)
+
+    for name, recipe in recipes.items():
+        call = _with(cv2, lambda recipe=recipe: recipe(*theirs()))
+        yield Task("spot", size, name, lambda: ours().centre, call, error, error, "px", 0.5)
+
+
 def spots() -> Iterator[Task]:
-    for width, height in ((640, 480), (1920, 1080)):
+    for width, height in ((640, 480), (1920, 1080), (3840, 2160)):
         for colour in (False, True):
             on, off, centre = scenes.spot_frames(width, height, colour)
+            yield from _spot(
+                f"{width}x{height} {'BGR' if colour else 'grey'}",
+                lambda on=on, off=off: ptzcal.detect_spot(on, off),
+                lambda on=on, off=off: (on, off),
+                centre,
+            )
 
-            def ours(on=on, off=off):
-                return ptzcal.detect_spot(on, off).centre
+    # A camera's own layout: luma with chroma below it. OpenCV's recipes get the luma alone.
+    on, off, centre = scenes.spot_frames(1920, 1080, True)
+    nv12 = [scenes.nv12(frame) for frame in (on, off)]
+    yield from _spot(
+        "1920x1080 NV12",
+        lambda: ptzcal.detect_spot(*nv12, format="nv12"),
+        lambda: [frame[:1080] for frame in nv12],
+        centre,
+    )
 
-            def error(found, centre=centre):
-                return np.linalg.norm(found - centre)
+    # Where the spot is known to be; OpenCV's recipes get the region.
+    on, off, centre = scenes.spot_frames(1920, 1080, False)
+    left, top = np.rint(centre).astype(int) - 64
+    yield from _spot(
+        "128x128 of 1920x1080 grey",
+        lambda: ptzcal.detect_spot(on, off, region=(left, top, 128, 128)),
+        lambda: [frame[top : top + 128, left : left + 128] for frame in (on, off)],
+        centre,
+        {name: (lambda on, off, r=recipe: r(on, off) + (left, top)) for name, recipe in RECIPES.items()},
+    )
 
-            recipes = {
-                "OpenCV absdiff, threshold, components": usual_recipe,
-                "OpenCV subtract, minMaxLoc": barest_recipe,
-            }
-            for name, recipe in recipes.items():
+    # Several frames of each kind, averaged.
+    pairs = [scenes.spot_frames(1920, 1080, False, seed) for seed in range(3, 7)]
+    lit, dark, centre = [p[0] for p in pairs], [p[1] for p in pairs], pairs[0][2]
 
-                def theirs(on=on, off=off, recipe=recipe):
-                    return recipe(on, off)
+    def means():
+        for frames in (lit, dark):
+            total = np.zeros(frames[0].shape, np.float32)
+            for frame in frames:
+                cv2.accumulate(frame, total)
+            yield cv2.convertScaleAbs(total, alpha=1 / len(frames))
 
-                size = f"{width}x{height} {'BGR' if colour else 'grey'}"
-                yield Task("spot", size, name, ours, _with(cv2, theirs), error, error, "px", 0.5)
+    yield from _spot("4 + 4 of 1920x1080 grey", lambda: ptzcal.detect_spot(lit, dark), means, centre)
 
 
 def spot_centres() -> Iterator[Task]:

@@ -21,8 +21,9 @@ const MAX_SIGMA: f64 = 100.0;
 /// A hidden peak a million times as high as its foot is no estimate any more.
 const MAX_LOG_AMPLITUDE: f64 = 20.0;
 /// Expected gain in chi squared at which the fit has converged: nothing moves by more than 3 % of its
-/// standard deviation any more.
+/// standard deviation any more. Weights that are still to change need no more than all of it.
 const SETTLED: f64 = 1e-3;
+const ROUGH: f64 = 1.0;
 const MAX_ITERATIONS: usize = 40;
 /// Residuals beyond this many standard deviations are weighed down (Huber).
 const HUBER: f64 = 4.0;
@@ -164,14 +165,12 @@ impl Patch {
         self.weights.clear();
         self.weights.resize(self.signal.len(), [0.0; LANES]);
         kernels::weigh(self, &model, false);
-        let (mut fitted, mut normal) = self.descend(model, background)?;
+        model = self.descend(model, background, ROUGH)?.0;
         // With the noise of the background at first, then with that of the model and without outliers.
-        for _ in 0..2 {
-            model = fitted;
-            if !kernels::weigh(self, &model, true) {
-                break;
-            }
-            (fitted, normal) = self.descend(model, background)?;
+        kernels::weigh(self, &model, true);
+        let (mut fitted, mut normal) = self.descend(model, background, SETTLED)?;
+        if kernels::weigh(self, &fitted, true) {
+            (fitted, normal) = self.descend(fitted, background, SETTLED)?;
         }
         self.judge(&fitted, normal)
     }
@@ -186,8 +185,8 @@ impl Patch {
         inside(p[0], self.left, self.columns) && inside(p[1], self.top, self.rows)
     }
 
-    /// Levenberg-Marquardt with fixed weights.
-    fn descend(&self, mut model: Model, background: f64) -> Option<(Model, Normal)> {
+    /// Levenberg-Marquardt with fixed weights, until a step would gain less than `settled`.
+    fn descend(&self, mut model: Model, background: f64, settled: f64) -> Option<(Model, Normal)> {
         let prior = Prior::new(background, &model);
         let mut damping = 1e-4;
         let mut normal = self.normal(&model, &prior);
@@ -197,7 +196,7 @@ impl Patch {
                 damped[(k, k)] *= 1.0 + damping;
             }
             let step = damped.cholesky()?.solve(&normal.gradient);
-            if step.dot(&normal.gradient) < SETTLED {
+            if step.dot(&normal.gradient) < settled {
                 break;
             }
             let trial = Model::of(model.parameters + step);

@@ -9,8 +9,8 @@ use crate::image::frames::{Channel, FrameMean};
 
 /// Neighbouring pixels taken together: their mean is quiet enough to regress on.
 pub const RUN: usize = 16;
-/// Most pixels of the sample: its noise is then known to 2 %.
-const MAX_SAMPLE: usize = 8192;
+/// Most pixels of the sample: its noise is then known to 1 %.
+const MAX_SAMPLE: usize = 4096;
 /// Below this all pixels are taken.
 const MIN_SAMPLE: usize = 1024;
 /// Runs that are worked on together.
