@@ -80,6 +80,11 @@ pub struct Shot {
 }
 
 impl Shot {
+    /// Measured, and seen by a fixed camera.
+    pub(super) fn is_seen_by(&self, camera: usize) -> bool {
+        self.point.is_some() && self.fixed[camera].is_ok()
+    }
+
     /// Inverse depth from the head camera's spot.
     pub(super) fn locate(&mut self, model: &RigModel) {
         self.point = self.head.ok().and_then(|spot| {
