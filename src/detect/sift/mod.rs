@@ -20,6 +20,7 @@ pub mod matching;
 mod scale_space;
 #[cfg(test)]
 mod tests;
+mod window;
 
 use std::cmp::Ordering;
 use std::f64::consts::{FRAC_PI_2, PI};

@@ -19,6 +19,9 @@ const COLUMNS: usize = 4;
 /// Room left and right of a row that is filtered; no kernel is wider.
 const MARGIN: usize = 16;
 
+/// What a row has at least beyond its end, of no meaning: windows are read in groups of pixels.
+pub const PADDING: usize = 40;
+
 /// Half of a Gaussian filter, from the centre out to 4 sigma.
 struct Gaussian {
     weights: Vec<f32>,
@@ -86,7 +89,8 @@ impl Octave {
         let step = |level: usize| SIGMA * (level as f64 / INTERVALS as f64).exp2();
         let between = (1..LEVELS).map(|l| (step(l).powi(2) - step(l - 1).powi(2)).sqrt());
         let filters: Vec<Gaussian> = first_blur.into_iter().chain(between).map(Gaussian::new).collect();
-        let stride = width.next_multiple_of(LANES);
+        let filled = width.next_multiple_of(LANES);
+        let stride = (width + PADDING).next_multiple_of(LANES);
         let inputs = filters.len() + 1 - LEVELS;
         let rows = (0..=filters.len()).map(|i| {
             // How far the last level is behind this one.
@@ -96,7 +100,7 @@ impl Octave {
             Rows::new(stride, capacity.min(height))
         });
         let rows = rows.collect();
-        Self { width, height, rows, filters, lines: vec![0.0; BATCH * (stride + 2 * MARGIN)] }
+        Self { width, height, rows, filters, lines: vec![0.0; BATCH * (filled + 2 * MARGIN)] }
     }
 
     pub fn width(&self) -> usize {
@@ -110,6 +114,12 @@ impl Octave {
     /// Row `y` of a level.
     pub fn row(&self, level: usize, y: usize) -> &[f32] {
         &self.rows[self.rows.len() - LEVELS + level].row(y)[..self.width]
+    }
+
+    /// The same with at least [`PADDING`] numbers behind it.
+    #[inline]
+    pub fn padded_row(&self, level: usize, y: usize) -> &[f32] {
+        self.rows[self.rows.len() - LEVELS + level].row(y)
     }
 
     /// How many rows a level has had so far.
@@ -153,8 +163,8 @@ fn blur(
     height: usize,
     lines: &mut [f32],
 ) {
-    let (stride, radius) = (source.stride, gaussian.radius());
-    let long = stride + 2 * MARGIN;
+    let (filled, radius) = (width.next_multiple_of(LANES), gaussian.radius());
+    let long = filled + 2 * MARGIN;
     let none: [&[Lanes]; 2] = [&[], &[]];
     let mut pairs = [none; MARGIN];
     // Row y + i - radius, where the image ends the last one.
@@ -162,8 +172,8 @@ fn blur(
     for (i, row) in rows[..ys.len() + 2 * radius].iter_mut().enumerate() {
         *row = lanes(source.row((ys.start + i).saturating_sub(radius).min(height - 1)));
     }
-    for x in (0..stride / LANES).step_by(COLUMNS) {
-        let columns = x..(stride / LANES).min(x + COLUMNS);
+    for x in (0..filled / LANES).step_by(COLUMNS) {
+        let columns = x..(filled / LANES).min(x + COLUMNS);
         for (i, line) in (radius..radius + ys.len()).zip(lines.chunks_exact_mut(long)) {
             for (j, pair) in (1..=radius).zip(&mut pairs) {
                 *pair = [&rows[i - j][columns.clone()], &rows[i + j][columns.clone()]];
@@ -177,9 +187,9 @@ fn blur(
         line[..MARGIN].fill(first);
         line[MARGIN + width..].fill(last);
         for (j, pair) in (1..=radius).zip(&mut pairs) {
-            *pair = [lanes(&line[MARGIN - j..][..stride]), lanes(&line[MARGIN + j..][..stride])];
+            *pair = [lanes(&line[MARGIN - j..][..filled]), lanes(&line[MARGIN + j..][..filled])];
         }
-        filter(target.push().as_chunks_mut().0, lanes(&line[MARGIN..][..stride]), &pairs[..radius], &gaussian.weights);
+        filter(target.push().as_chunks_mut().0, lanes(&line[MARGIN..][..filled]), &pairs[..radius], &gaussian.weights);
     }
 }
 
