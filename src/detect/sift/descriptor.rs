@@ -27,8 +27,7 @@ const LENGTH: f32 = 512.0;
 /// The dominant orientations, radians from x towards y, 0 to 2 pi.
 pub fn orientations(octave: &Octave, place: &Place, found: &mut Vec<f32>) {
     let window = ORIENTATION_WINDOW * place.sigma;
-    let mut turned = directions(octave, place, window, ORIENTATION_REACH * window);
-    turned[0] += turned[ORIENTATIONS];
+    let turned = directions(octave, place, window, ORIENTATION_REACH * window);
     let raw = std::array::from_fn(|i| turned[(i + ORIENTATIONS / 2) % ORIENTATIONS]);
     let at = |h: &[f32; ORIENTATIONS], i: usize, step: usize| h[(i + ORIENTATIONS + step - 2) % ORIENTATIONS];
     let mut smooth = [0.0f32; ORIENTATIONS];

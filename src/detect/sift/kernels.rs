@@ -26,6 +26,26 @@ for_each_processor! {
         }
     }
 
+    /// Values of `line` from the fourth on, and between each and the next. `line`: three more on both sides.
+    pub fn raise(out: &mut [f32], line: &[f32]) {
+        let n = (out.len() / 2).min(line.len().saturating_sub(6));
+        let [a, b, c, d, e, f] = [1, 2, 3, 4, 5, 6].map(|i| &line[i..i + n]);
+        let out = &mut out.as_chunks_mut::<2>().0[..n];
+        for i in 0..n {
+            out[i] = [c[i], between([a[i], b[i], c[i], d[i], e[i], f[i]])];
+        }
+    }
+
+    /// Halfway between the third and the fourth row.
+    pub fn between_rows(out: &mut [f32], rows: [&[f32]; 6]) {
+        let n = out.len();
+        let [a, b, c, d, e, f] = rows;
+        let (a, b, c, d, e, f) = (&a[..n], &b[..n], &c[..n], &d[..n], &e[..n], &f[..n]);
+        for i in 0..n {
+            out[i] = between([a[i], b[i], c[i], d[i], e[i], f[i]]);
+        }
+    }
+
     /// out = a - b.
     pub fn subtract(out: &mut [f32], a: &[f32], b: &[f32]) {
         for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
@@ -53,6 +73,12 @@ for_each_processor! {
             flags[x] = (top | bottom) as u8;
         }
     }
+}
+
+/// Halfway between the third and the fourth of six equidistant values: exact for a polynomial of degree 5.
+#[inline(always)]
+fn between([a, b, c, d, e, f]: [f32; 6]) -> f32 {
+    (3.0 / 256.0) * (a + f) + (-25.0 / 256.0) * (b + e) + (150.0 / 256.0) * (c + d)
 }
 
 #[inline(always)]

@@ -17,6 +17,7 @@ mod distances;
 mod extrema;
 mod kernels;
 pub mod matching;
+mod raised;
 mod scale_space;
 #[cfg(test)]
 mod tests;
@@ -34,7 +35,7 @@ use descriptor::Place;
 pub use descriptor::{DESCRIPTOR_SIZE, Descriptor};
 use extrema::{Extremum, Limits, Search};
 pub use matching::{SiftMatch, SiftMatchOptions, match_sift};
-use scale_space::{INTERVALS, Octave, REACH, SIGMA};
+use scale_space::{INTERVALS, NEAR, Octave, REACH, SIGMA};
 
 /// Shorter image sides hold no keypoint and its surroundings.
 pub const MIN_IMAGE_SIDE: u32 = 12;
@@ -199,7 +200,7 @@ struct Detector {
 struct Stage {
     octave: Octave,
     search: Search,
-    /// Rows searched, and rows handed on to the next octave.
+    /// Rows searched, and rows of the next octave that it was handed.
     searched: usize,
     handed: usize,
     number: i32,
@@ -212,7 +213,10 @@ impl Detector {
         let lacking = SIGMA.powi(2) - (factor as f64 * ASSUMED_BLUR).powi(2);
         let mut blur = Some((lacking + if options.upsample { INTERPOLATION_BLUR } else { 0.0 }).sqrt());
         let mut octaves = Vec::new();
-        while width.min(height) >= MIN_IMAGE_SIDE as usize {
+        let mut large = true;
+        // After the last octave that is searched there is one for its upper levels.
+        while large {
+            large = width.min(height) >= MIN_IMAGE_SIDE as usize;
             octaves.push(Stage {
                 octave: Octave::new(width, height, blur.take()),
                 search: Search::new(width),
@@ -220,7 +224,7 @@ impl Detector {
                 handed: 0,
                 number: first + octaves.len() as i32,
             });
-            (width, height) = (width / 2, height / 2);
+            (width, height) = (Octave::half(width), Octave::half(height));
         }
         Self { octaves, found: Found::new(options) }
     }
@@ -262,27 +266,28 @@ impl Detector {
 fn advance(octaves: &mut [Stage], found: &mut Found) {
     let Some((stage, rest)) = octaves.split_first_mut() else { return };
     while stage.octave.advance() {
-        stage.search(found);
-        while stage.handed < stage.octave.rows(INTERVALS) {
-            if let Some(next) = rest.first_mut()
-                && stage.handed % 2 == 0
-                && stage.handed / 2 < next.octave.height()
-            {
-                let from = stage.octave.row(INTERVALS, stage.handed);
-                next.octave.push(|row| row.iter_mut().zip(from.iter().step_by(2)).for_each(|(out, v)| *out = *v));
-                advance(rest, found);
-            }
+        while let Some(next) = rest.first_mut()
+            && stage.handed < next.octave.height()
+            && stage.octave.hand(stage.handed, &mut next.octave)
+        {
             stage.handed += 1;
+            advance(rest, found);
+        }
+        if let Some(next) = rest.first() {
+            stage.search(&next.octave, found);
         }
     }
 }
 
 impl Stage {
     /// Searches the rows whose surroundings are there.
-    fn search(&mut self, found: &mut Found) {
+    fn search(&mut self, next: &Octave, found: &mut Found) {
         let height = self.octave.height();
         let mut extrema = Vec::new();
-        while self.searched < height && self.octave.rows(INTERVALS + 2) >= (self.searched + REACH + 1).min(height) {
+        while self.searched < height
+            && self.octave.rows(INTERVALS) >= (self.searched + REACH + 1).min(height)
+            && self.octave.raise(next, (self.searched + NEAR + 1).min(height))
+        {
             self.search.extrema(&self.octave, self.searched, &found.limits, &mut extrema);
             self.searched += 1;
         }

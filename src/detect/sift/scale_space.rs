@@ -1,24 +1,35 @@
 //! An octave of the Gaussian scale space that flows past: rows come in at the top, and every level
 //! keeps as many as its users look back on. Memory thus grows with the image's width only, and what is
 //! worked on stays in the cache.
+//!
+//! The levels beyond twice the first one's blur have nothing that half the pixels would not show. They
+//! are those of the next octave, interpolated ([`super::raised`]).
 
 use super::kernels::{LANES, Lanes, filter};
+use super::raised::Raised;
 
 /// Scales an octave (Lowe's s), and the levels that take them: s + 3.
 pub const INTERVALS: usize = 3;
 pub const LEVELS: usize = INTERVALS + 3;
+/// Levels of the octave's own pixels: up to twice the first one's blur.
+const OWN: usize = INTERVALS + 1;
 /// Blur of an octave's first level, in its pixels.
 pub const SIGMA: f64 = 1.6;
 /// Rows that all levels have above and below the one that is worked on: the widest descriptor's radius
 /// (38), the steps of a refinement (5) and a gradient's neighbour.
 pub const REACH: usize = 46;
+/// Rows of the interpolated levels: the steps of a refinement and a neighbour.
+pub const NEAR: usize = 6;
 /// Rows that a level works out together, so that its sources are read from memory once.
 const BATCH: usize = 8;
+/// How far the row that is searched may be behind the last level of the octave's own pixels: the filters
+/// of the next octave's levels (radii 5 and 6) and its batches, the interpolation, and what is near, in
+/// pixels of which the next octave has half.
+const BEHIND: usize = 2 * (5 + 6 + 2 * BATCH + 3) + NEAR + 4;
 /// Groups of columns that are worked out together, for the same reason.
 const COLUMNS: usize = 4;
 /// Room left and right of a row that is filtered; no kernel is wider.
 const MARGIN: usize = 16;
-
 /// What a row has at least beyond its end, of no meaning: windows are read in groups of pixels.
 pub const PADDING: usize = 40;
 
@@ -41,7 +52,7 @@ impl Gaussian {
 }
 
 /// The last rows of a level.
-struct Rows {
+pub struct Rows {
     data: Vec<f32>,
     stride: usize,
     capacity: usize,
@@ -50,19 +61,25 @@ struct Rows {
 }
 
 impl Rows {
-    fn new(stride: usize, capacity: usize) -> Self {
+    pub fn new(stride: usize, capacity: usize) -> Self {
         Self { data: Vec::with_capacity(stride * capacity), stride, capacity, next: 0 }
     }
 
     /// Row `y`, one of the last `capacity`, with its padding.
-    fn row(&self, y: usize) -> &[f32] {
+    #[inline]
+    pub fn row(&self, y: usize) -> &[f32] {
         debug_assert!(y < self.next && y + self.capacity >= self.next);
         let start = (y % self.capacity) * self.stride;
         &self.data[start..start + self.stride]
     }
 
+    /// How many there were so far.
+    pub fn count(&self) -> usize {
+        self.next
+    }
+
     /// Room for the next row.
-    fn push(&mut self) -> &mut [f32] {
+    pub fn push(&mut self) -> &mut [f32] {
         let start = (self.next % self.capacity) * self.stride;
         if self.next < self.capacity {
             self.data.resize(start + self.stride, 0.0);
@@ -75,10 +92,12 @@ impl Rows {
 pub struct Octave {
     width: usize,
     height: usize,
-    /// The input where it is blurred first, and the levels.
+    /// The input where it is blurred first, and the levels of the octave's own pixels.
     rows: Vec<Rows>,
     /// From each of `rows` to the next.
     filters: Vec<Gaussian>,
+    /// The levels above.
+    raised: [Raised; LEVELS - OWN],
     /// Rows filtered along their columns, with margins.
     lines: Vec<f32>,
 }
@@ -87,20 +106,24 @@ impl Octave {
     /// `first_blur`: what the input lacks to [`SIGMA`], if anything.
     pub fn new(width: usize, height: usize, first_blur: Option<f64>) -> Self {
         let step = |level: usize| SIGMA * (level as f64 / INTERVALS as f64).exp2();
-        let between = (1..LEVELS).map(|l| (step(l).powi(2) - step(l - 1).powi(2)).sqrt());
+        let between = (1..OWN).map(|l| (step(l).powi(2) - step(l - 1).powi(2)).sqrt());
         let filters: Vec<Gaussian> = first_blur.into_iter().chain(between).map(Gaussian::new).collect();
         let filled = width.next_multiple_of(LANES);
         let stride = (width + PADDING).next_multiple_of(LANES);
-        let inputs = filters.len() + 1 - LEVELS;
+        let inputs = filters.len() + 1 - OWN;
         let rows = (0..=filters.len()).map(|i| {
             // How far the last level is behind this one.
             let lag: usize = filters[i..].iter().map(|f| f.radius() + BATCH).sum();
-            let capacity =
-                if i < inputs { 2 * filters[i].radius() + 1 + 2 * BATCH } else { lag + 2 * REACH + 2 * BATCH + 2 };
+            let capacity = if i < inputs {
+                2 * filters[i].radius() + 1 + 2 * BATCH
+            } else {
+                lag + BEHIND.max(REACH) + REACH + 2 * BATCH + 2
+            };
             Rows::new(stride, capacity.min(height))
         });
         let rows = rows.collect();
-        Self { width, height, rows, filters, lines: vec![0.0; BATCH * (filled + 2 * MARGIN)] }
+        let raised = [0; LEVELS - OWN].map(|_| Raised::new(width, height));
+        Self { width, height, rows, filters, raised, lines: vec![0.0; BATCH * (filled + 2 * MARGIN)] }
     }
 
     pub fn width(&self) -> usize {
@@ -112,19 +135,55 @@ impl Octave {
     }
 
     /// Row `y` of a level.
+    #[inline]
     pub fn row(&self, level: usize, y: usize) -> &[f32] {
-        &self.rows[self.rows.len() - LEVELS + level].row(y)[..self.width]
+        let row = if level < OWN { self.padded_row(level, y) } else { self.raised[level - OWN].row(y) };
+        &row[..self.width]
     }
 
-    /// The same with at least [`PADDING`] numbers behind it.
+    /// Row `y` of a level of the octave's own pixels with at least [`PADDING`] numbers behind it.
     #[inline]
     pub fn padded_row(&self, level: usize, y: usize) -> &[f32] {
-        self.rows[self.rows.len() - LEVELS + level].row(y)
+        self.rows[self.rows.len() - OWN + level].row(y)
     }
 
-    /// How many rows a level has had so far.
+    /// How many rows a level of the octave's own pixels has had so far.
     pub fn rows(&self, level: usize) -> usize {
-        self.rows[self.rows.len() - LEVELS + level].next
+        self.rows[self.rows.len() - OWN + level].next
+    }
+
+    /// Width or height of the next octave: every second pixel of this one, and one on the border or beyond.
+    pub fn half(size: usize) -> usize {
+        size / 2 + 1
+    }
+
+    /// Every second pixel of row 2 `y` of the level with twice the first one's blur, for the next octave:
+    /// false if it is not there yet. Beyond the border the last pixel is repeated.
+    pub fn hand(&self, y: usize, next: &mut Octave) -> bool {
+        let y = (2 * y).min(self.height - 1);
+        if y >= self.rows(INTERVALS) {
+            return false;
+        }
+        let from = self.row(INTERVALS, y);
+        next.push(|row| {
+            row.iter_mut().zip(from.iter().step_by(2)).for_each(|(out, v)| *out = *v);
+            if let ([.., out], [.., last]) = (row, from) {
+                *out = *last;
+            }
+        });
+        true
+    }
+
+    /// Works out the interpolated levels up to and without row `end`; whether the next octave had what
+    /// that takes.
+    pub fn raise(&mut self, next: &Octave, end: usize) -> bool {
+        if next.rows(LEVELS - OWN) < Raised::needed(end).min(next.height) {
+            return false;
+        }
+        for (i, raised) in self.raised.iter_mut().enumerate() {
+            raised.advance(next, i + 1, end);
+        }
+        true
     }
 
     /// Takes the next row, which `fill` writes.

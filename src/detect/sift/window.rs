@@ -35,34 +35,43 @@ pub struct Place {
 }
 
 for_each_processor! {
-    /// Gradients within `radius` by their angle, from -pi on; the last bin belongs to the first. Their
-    /// weights are Gaussian, of standard deviation `window`.
-    pub fn directions(octave: &Octave, place: &Place, window: f32, radius: f32) -> [f32; ORIENTATIONS + 1] {
+    /// Gradients within `radius` by their angle, from -pi on, each in the two bins about it. Their weights
+    /// are Gaussian, of standard deviation `window`.
+    pub fn directions(octave: &Octave, place: &Place, window: f32, radius: f32) -> [f32; ORIENTATIONS] {
         let (left, right) = span(place.x, radius, octave.width());
         let (top, bottom) = span(place.y, radius, octave.height());
         let first = left as f32 - place.x;
         let across = [weights(first, 2.0, window), weights(first + 1.0, 2.0, window)];
         let down = weights(top as f32 - place.y, 1.0, window);
-        let mut bins = [0.0f32; ORIENTATIONS + 1];
+        // Apart from those of a pixel's neighbours, which it would have to wait for; two of the next turn.
+        let mut halves = [[0.0f32; ORIENTATIONS + 2]; 2];
         for (y, down) in (top..bottom).zip(down) {
             let odd = (left ^ y) & 1;
             let groups = (left + odd..right).step_by(2 * GROUP);
             for (x, across) in groups.zip(across[odd].as_chunks::<GROUP>().0) {
                 let (magnitude, angle) = gradients(octave, place.level, x, y);
                 let mut bin = [0u32; GROUP];
-                for (bin, angle) in bin.iter_mut().zip(angle) {
+                let mut shares = [[0.0f32; GROUP]; 2];
+                for i in 0..GROUP {
                     // From half a turn back, so that it is positive.
-                    let turn = angle * (ORIENTATIONS as f32 / TAU) + (0.5 * ORIENTATIONS as f32 + 0.5);
-                    // SAFETY: the angle is within -pi to pi.
-                    *bin = unsafe { turn.to_int_unchecked::<i32>() } as u32;
+                    let turn = angle[i] * (ORIENTATIONS as f32 / TAU) + 0.5 * ORIENTATIONS as f32;
+                    let turn = less(greater(turn, 0.0), ORIENTATIONS as f32);
+                    // SAFETY: it is within 0 and 36.
+                    let whole: i32 = unsafe { turn.to_int_unchecked() };
+                    bin[i] = whole as u32;
+                    let weight = magnitude[i] * across[i] * down;
+                    shares[1][i] = weight * (turn - whole as f32);
+                    shares[0][i] = weight - shares[1][i];
                 }
-                let n = (right - x).div_ceil(2);
-                for ((bin, magnitude), across) in bin.iter().zip(magnitude).zip(across).take(n) {
-                    bins[(*bin as usize).min(ORIENTATIONS)] += magnitude * across * down;
+                for i in 0..(right - x).div_ceil(2).min(GROUP) {
+                    let (half, bin) = (&mut halves[i % 2], (bin[i] as usize).min(ORIENTATIONS));
+                    half[bin] += shares[0][i];
+                    half[bin + 1] += shares[1][i];
                 }
             }
         }
-        bins
+        let both = |i: usize| halves[0][i] + halves[1][i];
+        std::array::from_fn(|i| if i < 2 { both(i) + both(i + ORIENTATIONS) } else { both(i) })
     }
 
     /// Gradients within the square of side 2 `half` about the place that is turned by an angle with this

@@ -1,0 +1,59 @@
+//! A level of the next octave in the pixels of this one: interpolated with six pixels, to which a blur
+//! of two and more of them leaves nothing to err about.
+
+use super::kernels::{between_rows, raise};
+use super::scale_space::{NEAR, Octave, Rows};
+
+/// Pixels on either side that an interpolation takes.
+const TAPS: usize = 3;
+
+pub struct Raised {
+    height: usize,
+    /// Rows 0, 2, 4, ... and 1, 3, 5, ...
+    even: Rows,
+    odd: Rows,
+    /// A row of the next octave, its ends repeated.
+    line: Vec<f32>,
+}
+
+impl Raised {
+    pub fn new(width: usize, height: usize) -> Self {
+        let half = Octave::half(width);
+        Self {
+            height,
+            even: Rows::new(2 * half, (NEAR + 2 * TAPS + 3).min(Octave::half(height))),
+            odd: Rows::new(2 * half, NEAR + 3),
+            line: vec![0.0; half + 2 * TAPS],
+        }
+    }
+
+    #[inline]
+    pub fn row(&self, y: usize) -> &[f32] {
+        if y.is_multiple_of(2) { self.even.row(y / 2) } else { self.odd.row(y / 2) }
+    }
+
+    /// Rows of the next octave that those before `end` take.
+    pub fn needed(end: usize) -> usize {
+        end / 2 + TAPS
+    }
+
+    /// Works out the rows before `end` from a level of the next octave.
+    pub fn advance(&mut self, next: &Octave, level: usize, end: usize) {
+        let last = next.height() - 1;
+        let end = end.min(self.height);
+        while 2 * self.odd.count() + 1 < end || self.even.count() < end.div_ceil(2) {
+            let y = self.odd.count();
+            while self.even.count() <= (y + TAPS).min(last) {
+                let row = next.row(level, self.even.count());
+                let (left, inner) = self.line.split_at_mut(TAPS);
+                let (inner, right) = inner.split_at_mut(row.len());
+                inner.copy_from_slice(row);
+                left.fill(row[0]);
+                right.fill(row[row.len() - 1]);
+                raise(self.even.push(), &self.line);
+            }
+            let rows = [0, 1, 2, 3, 4, 5].map(|i| self.even.row((y + 1 + i).saturating_sub(TAPS).min(last)));
+            between_rows(self.odd.push(), rows);
+        }
+    }
+}
