@@ -1,8 +1,9 @@
 //! Sums over the gradients of a keypoint's window, compiled for the processor at hand: see
 //! [`crate::vectors`].
 //!
-//! Every second pixel counts, as the black fields of a chessboard do. Levels are blurred by 1.6 pixels
-//! and more, so that what is between them adds nothing; and a quarter turn changes nothing.
+//! Levels are blurred by two pixels and more, so that not every pixel is needed: orientations take every
+//! second one as the black fields of a chessboard do, descriptors those of even column and row. A quarter
+//! turn changes nothing.
 #![allow(unsafe_code)]
 
 use std::f32::consts::TAU;
@@ -41,8 +42,8 @@ for_each_processor! {
         let (left, right) = span(place.x, radius, octave.width());
         let (top, bottom) = span(place.y, radius, octave.height());
         let first = left as f32 - place.x;
-        let across = [weights(first, 2.0, window), weights(first + 1.0, 2.0, window)];
-        let down = weights(top as f32 - place.y, 1.0, window);
+        let across: [[f32; ROW / 2 + 8]; 2] = [weights(first, 2.0, window), weights(first + 1.0, 2.0, window)];
+        let down: [f32; ROW] = weights(top as f32 - place.y, 1.0, window);
         // Apart from those of a pixel's neighbours, which it would have to wait for; two of the next turn.
         let mut halves = [[0.0f32; ORIENTATIONS + 2]; 2];
         for (y, down) in (top..bottom).zip(down) {
@@ -90,15 +91,15 @@ for_each_processor! {
         let radius = half * (sin.abs() + cos.abs());
         let (left, right) = span(place.x, radius, octave.width());
         let (top, bottom) = span(place.y, radius, octave.height());
-        let first = left as f32 - place.x;
-        let across = [weights(first, 2.0, window), weights(first + 1.0, 2.0, window)];
-        let down = weights(top as f32 - place.y, 1.0, window);
+        let (left, top) = (left.next_multiple_of(2), top.next_multiple_of(2));
+        let across: [f32; ROW / 2 + GROUP] = weights(left as f32 - place.x, 2.0, window);
+        let down: [f32; ROW / 2] = weights(top as f32 - place.y, 2.0, window);
         let step = [cos / cell, -sin / cell];
         let middle = 0.5 * (SIDE - 1) as f32;
-        let inverse = [1.0 / cos, -1.0 / sin];
+        let (inverse, by_cell) = ([1.0 / cos, -1.0 / sin], 1.0 / cell);
         let mut samples = Samples::new();
         let mut sums = Sums::new();
-        for (y, down) in (top..bottom).zip(down) {
+        for (y, down) in (top..bottom).step_by(2).zip(down) {
             let dy = y as f32 - place.y;
             // |cos dx + sin dy| < half and |cos dy - sin dx| < half.
             let (mut low, mut high) = (-radius, radius);
@@ -108,16 +109,19 @@ for_each_processor! {
                     (low, high) = (greater(low, less(a, b)), less(high, greater(a, b)));
                 }
             }
+            let from = greater((place.x + low).ceil(), left as f32);
+            let to = greater(less((place.x + high).floor() + 1.0, right as f32), 0.0);
+            // SAFETY: both are within 0 and the width, `from` by half of the window more.
+            let (from, to): (i32, i32) = unsafe { (from.to_int_unchecked(), to.to_int_unchecked()) };
+            let (from, to) = ((from as usize).next_multiple_of(2), to as usize);
             prefetch(octave, place.level, y + AHEAD, left, right);
-            let from = greater((place.x + low).ceil(), left as f32) as usize;
-            let to = less((place.x + high).floor() + 1.0, right as f32).max(0.0) as usize;
-            for x in (from + ((from ^ y) & 1)..to).step_by(2 * GROUP) {
+            prefetch(octave, place.level, y + AHEAD + 1, left, right);
+            for x in (from..to).step_by(2 * GROUP) {
                 let (magnitude, angle) = gradients(octave, place.level, x, y);
                 let dx = x as f32 - place.x;
                 // Cell k of 1 to 4 is centred at k.
-                let first = [(cos * dx + sin * dy) / cell + middle, (cos * dy - sin * dx) / cell + middle];
-                let across = &across[(x ^ left) & 1][(x - left) / 2..];
-                samples.add(&magnitude, &angle, across, down, first, step, orientation);
+                let first = [(cos * dx + sin * dy) * by_cell + middle, (cos * dy - sin * dx) * by_cell + middle];
+                samples.add(&magnitude, &angle, &across[(x - left) / 2..], down, first, step, orientation);
                 samples.n += (to - x).div_ceil(2).min(GROUP);
                 if samples.n >= ENOUGH {
                     sums.take(&mut samples);
@@ -139,9 +143,9 @@ fn span(centre: f32, radius: f32, size: usize) -> (usize, usize) {
 
 /// exp(-x^2 / 2 window^2) of x = first, first + step, ...
 #[inline(always)]
-fn weights(first: f32, step: f32, window: f32) -> [f32; ROW] {
+fn weights<const N: usize>(first: f32, step: f32, window: f32) -> [f32; N] {
     let scale = -0.5 / f64::from(window).powi(2);
-    let mut weights = [0.0; ROW];
+    let mut weights = [0.0; N];
     for (i, w) in weights.iter_mut().enumerate() {
         let x = f64::from(first + step * i as f32);
         *w = exponential(scale * x * x) as f32;
@@ -150,7 +154,7 @@ fn weights(first: f32, step: f32, window: f32) -> [f32; ROW] {
 }
 
 /// Rows of a window are far apart in memory, so that the processor does not guess the next one.
-const AHEAD: usize = 6;
+const AHEAD: usize = 7;
 
 #[inline(always)]
 fn prefetch(octave: &Octave, level: usize, y: usize, from: usize, to: usize) {
@@ -254,7 +258,7 @@ impl Samples {
             let row = less(greater(first[1] + x * step[1], 0.0), limit);
             // SAFETY: both are within 0 to SIDE - 1, also where the input was NaN.
             let (c, r): (i32, i32) = unsafe { (column.to_int_unchecked(), row.to_int_unchecked()) };
-            cell[i] = (SIDE as i32 * r + c) as u32;
+            cell[i] = ((SIDE as i32 - 1) * r + c) as u32;
             let (right, below) = (column - c as f32, row - r as f32);
             let weight = magnitude[i] * across[i] * down;
             let (upper, lower) = (weight * (1.0 - below), weight * below);
@@ -291,13 +295,13 @@ const fn around_the_circle(here: f32, next: f32) -> [[f32; BINS]; BINS] {
 /// Sums for the four cells about a gradient, apart from those of its neighbours: what one gradient has
 /// written, the next but one may have to wait for.
 struct Sums {
-    halves: [[[[f32; BINS]; 4]; SIDE * SIDE]; 2],
+    halves: [[[[f32; BINS]; 4]; (SIDE - 1) * (SIDE - 1)]; 2],
 }
 
 impl Sums {
     #[inline(always)]
     fn new() -> Self {
-        Self { halves: [[[[0.0; BINS]; 4]; SIDE * SIDE]; 2] }
+        Self { halves: [[[[0.0; BINS]; 4]; (SIDE - 1) * (SIDE - 1)]; 2] }
     }
 
     /// Adds all samples, and leaves none.
@@ -309,7 +313,7 @@ impl Sums {
             for k in 0..BINS {
                 share[k] = AT[bin][k] + samples.rest[i] * ON[bin][k];
             }
-            let sums = &mut self.halves[i % 2][(samples.cell[i] as usize).min(SIDE * SIDE - 1)];
+            let sums = &mut self.halves[i % 2][(samples.cell[i] as usize).min((SIDE - 1) * (SIDE - 1) - 1)];
             for (sum, shares) in sums.iter_mut().zip(&samples.shares) {
                 for (sum, share) in sum.iter_mut().zip(&share) {
                     *sum += shares[i] * share;
@@ -322,11 +326,11 @@ impl Sums {
     #[inline(always)]
     fn histograms(&self) -> Histograms {
         let mut histograms = [[0.0; BINS]; SIDE * SIDE];
-        // The four cells of the last ones would be beyond.
-        for cell in 0..SIDE * (SIDE - 1) - 1 {
+        for (i, (a, b)) in self.halves[0].iter().zip(&self.halves[1]).enumerate() {
+            let cell = i / (SIDE - 1) * SIDE + i % (SIDE - 1);
             for (corner, offset) in [0, 1, SIDE, SIDE + 1].into_iter().enumerate() {
                 for k in 0..BINS {
-                    histograms[cell + offset][k] += self.halves[0][cell][corner][k] + self.halves[1][cell][corner][k];
+                    histograms[cell + offset][k] += a[corner][k] + b[corner][k];
                 }
             }
         }
