@@ -3,7 +3,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::kernels::{peaks, subtract};
+use super::kernels::{GROUP, peaks, subtract};
+use super::rows::Aligned;
 use super::scale_space::{INTERVALS, LEVELS, Octave};
 
 /// Pixels along the border that hold no keypoint.
@@ -41,23 +42,36 @@ pub struct Extremum {
     pub curvature: [f64; 3],
 }
 
+/// Room on both sides of a row: of a neighbour, and what keeps rows aligned.
+const MARGIN: usize = 16;
+
 /// The differences of three rows, and what is needed to search the middle one.
 pub struct Search {
     width: usize,
+    stride: usize,
     /// Rows y - 1, y, y + 1 by y modulo 3, of each difference.
-    rows: Vec<f32>,
+    rows: Aligned,
     next: usize,
-    flags: Vec<u8>,
+    flags: Vec<[u8; GROUP]>,
 }
 
 impl Search {
     pub fn new(width: usize) -> Self {
-        Self { width, rows: vec![0.0; 3 * DIFFERENCES * width], next: 0, flags: vec![0; width] }
+        let stride = width.next_multiple_of(GROUP) + 2 * MARGIN;
+        Self {
+            width,
+            stride,
+            rows: Aligned::new(3 * DIFFERENCES * stride),
+            next: 0,
+            flags: vec![[0; GROUP]; width.div_ceil(GROUP)],
+        }
     }
 
+    /// With its margins.
+    #[inline]
     fn row(&self, difference: usize, y: usize) -> &[f32] {
-        let start = (3 * difference + y % 3) * self.width;
-        &self.rows[start..start + self.width]
+        let start = (3 * difference + y % 3) * self.stride;
+        &self.rows.all()[start..start + self.stride]
     }
 
     /// The extrema of row `y`, which only grows from call to call; the octave has all rows that REACH demands.
@@ -67,8 +81,8 @@ impl Search {
         }
         for y in self.next.max(y - 1)..y + 2 {
             for d in 0..DIFFERENCES {
-                let start = (3 * d + y % 3) * self.width;
-                let out = &mut self.rows[start..start + self.width];
+                let start = (3 * d + y % 3) * self.stride + MARGIN;
+                let out = &mut self.rows.all_mut()[start..start + self.width];
                 subtract(out, octave.row(d + 1, y), octave.row(d, y));
             }
         }
@@ -79,15 +93,17 @@ impl Search {
             let here = self.row(layer, y);
             let around =
                 [self.row(layer, y - 1), self.row(layer, y + 1), self.row(layer - 1, y), self.row(layer + 1, y)];
-            peaks(&mut flags, here, around, coarse);
-            let inner = BORDER..self.width - BORDER;
-            for (i, group) in flags[inner].chunks(16).enumerate() {
-                if group.iter().fold(0, |any, f| any | f) == 0 {
-                    continue;
-                }
-                for (x, _) in (BORDER + 16 * i..).zip(group).filter(|(_, flag)| **flag != 0) {
-                    if self.is_extremum(layer, x, y) {
-                        found.extend(refine(octave, layer, x, y, limits));
+            peaks(&mut flags, here, around.map(|row| &row[MARGIN..]), coarse);
+            for (i, group) in flags.iter().enumerate() {
+                for (j, word) in group.as_chunks::<8>().0.iter().enumerate() {
+                    // A byte of 1 for every flag.
+                    let mut word = u64::from_le_bytes(*word);
+                    while word != 0 {
+                        let x = GROUP * i + 8 * j + word.trailing_zeros() as usize / 8;
+                        word &= word - 1;
+                        if (BORDER..self.width - BORDER).contains(&x) && self.is_extremum(layer, x, y) {
+                            found.extend(refine(octave, layer, x, y, limits));
+                        }
                     }
                 }
             }
@@ -97,10 +113,10 @@ impl Search {
 
     /// Among all 26 neighbours; equals do not disqualify.
     fn is_extremum(&self, layer: usize, x: usize, y: usize) -> bool {
-        let v = self.row(layer, y)[x];
+        let v = self.row(layer, y)[MARGIN + x];
         let sign = v.signum();
         (layer - 1..=layer + 1)
-            .all(|d| (y - 1..=y + 1).all(|y| self.row(d, y)[x - 1..=x + 1].iter().all(|n| sign * n <= sign * v)))
+            .all(|d| (y - 1..=y + 1).all(|y| self.row(d, y)[MARGIN + x - 1..=MARGIN + x + 1].iter().all(|n| sign * n <= sign * v)))
     }
 }
 

@@ -8,6 +8,8 @@ use crate::vectors::for_each_processor;
 /// Columns that are worked on together; rows are padded to a multiple of it.
 pub const LANES: usize = 64;
 pub type Lanes = [f32; LANES];
+/// Pixels that are searched together.
+pub const GROUP: usize = 16;
 
 for_each_processor! {
     /// A symmetric filter: out = weights[0] centre + sum of weights[j] (pairs[j - 1][0] + pairs[j - 1][1]),
@@ -54,23 +56,24 @@ for_each_processor! {
     }
 
     /// Sets flags[x] where |row[x]| exceeds the threshold and none of its six nearest neighbours (left,
-    /// right and the four of `around`) is farther from zero on the same side. First and last get none.
-    pub fn peaks(flags: &mut [u8], row: &[f32], around: [&[f32]; 4], threshold: f32) {
-        let n = flags.len();
-        if n < 3 {
-            return flags.fill(0);
-        }
-        let (left, middle, right) = (&row[..n - 2], &row[1..n - 1], &row[2..n]);
-        let [a, b, c, d] = around.map(|s| &s[1..n - 1]);
-        (flags[0], flags[n - 1]) = (0, 0);
-        let flags = &mut flags[1..n - 1];
-        for x in 0..n - 2 {
-            let v = middle[x];
-            let high = greater(greater(greater(left[x], right[x]), greater(a[x], b[x])), greater(c[x], d[x]));
-            let low = less(less(less(left[x], right[x]), less(a[x], b[x])), less(c[x], d[x]));
-            let top = (v > threshold) & (v >= high);
-            let bottom = (v < -threshold) & (v <= low);
-            flags[x] = (top | bottom) as u8;
+    /// right and the four of `around`) is farther from zero on the same side. `row` begins a group before
+    /// the first pixel and ends one behind the last.
+    pub fn peaks(flags: &mut [[u8; GROUP]], row: &[f32], around: [&[f32]; 4], threshold: f32) {
+        let n = GROUP * flags.len();
+        let (left, right) = (&row[GROUP - 1..][..n], &row[GROUP + 1..][..n]);
+        let [left, middle, right, a, b, c, d] =
+            [left, &row[GROUP..][..n], right, &around[0][..n], &around[1][..n], &around[2][..n], &around[3][..n]]
+                .map(|row| row.as_chunks::<GROUP>().0);
+        for (i, flags) in flags.iter_mut().enumerate() {
+            let (left, middle, right, a, b, c, d) = (&left[i], &middle[i], &right[i], &a[i], &b[i], &c[i], &d[i]);
+            for x in 0..GROUP {
+                let v = middle[x];
+                let high = greater(greater(greater(left[x], right[x]), greater(a[x], b[x])), greater(c[x], d[x]));
+                let low = less(less(less(left[x], right[x]), less(a[x], b[x])), less(c[x], d[x]));
+                let top = (v > threshold) & (v >= high);
+                let bottom = (v < -threshold) & (v <= low);
+                flags[x] = (top | bottom) as u8;
+            }
         }
     }
 }

@@ -18,6 +18,7 @@ mod extrema;
 mod kernels;
 pub mod matching;
 mod raised;
+mod rows;
 mod scale_space;
 #[cfg(test)]
 mod tests;

@@ -1,8 +1,9 @@
 //! A level of the next octave in the pixels of this one: interpolated with six pixels, to which a blur
 //! of two and more of them leaves nothing to err about.
 
-use super::kernels::{between_rows, raise};
-use super::scale_space::{NEAR, Octave, Rows};
+use super::kernels::{LANES, between_rows, raise};
+use super::rows::Rows;
+use super::scale_space::{NEAR, Octave};
 
 /// Pixels on either side that an interpolation takes.
 const TAPS: usize = 3;
@@ -19,10 +20,11 @@ pub struct Raised {
 impl Raised {
     pub fn new(width: usize, height: usize) -> Self {
         let half = Octave::half(width);
+        let stride = (2 * half).next_multiple_of(LANES);
         Self {
             height,
-            even: Rows::new(2 * half, (NEAR + 2 * TAPS + 3).min(Octave::half(height))),
-            odd: Rows::new(2 * half, NEAR + 3),
+            even: Rows::new(stride, (NEAR + 2 * TAPS + 3).min(Octave::half(height))),
+            odd: Rows::new(stride, NEAR + 3),
             line: vec![0.0; half + 2 * TAPS],
         }
     }

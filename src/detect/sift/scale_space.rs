@@ -7,6 +7,7 @@
 
 use super::kernels::{LANES, Lanes, filter};
 use super::raised::Raised;
+use super::rows::{Aligned, Rows};
 
 /// Scales an octave (Lowe's s), and the levels that take them: s + 3.
 pub const INTERVALS: usize = 3;
@@ -51,44 +52,6 @@ impl Gaussian {
     }
 }
 
-/// The last rows of a level.
-pub struct Rows {
-    data: Vec<f32>,
-    stride: usize,
-    capacity: usize,
-    /// Rows that were written so far: the next one's number.
-    next: usize,
-}
-
-impl Rows {
-    pub fn new(stride: usize, capacity: usize) -> Self {
-        Self { data: Vec::with_capacity(stride * capacity), stride, capacity, next: 0 }
-    }
-
-    /// Row `y`, one of the last `capacity`, with its padding.
-    #[inline]
-    pub fn row(&self, y: usize) -> &[f32] {
-        debug_assert!(y < self.next && y + self.capacity >= self.next);
-        let start = (y % self.capacity) * self.stride;
-        &self.data[start..start + self.stride]
-    }
-
-    /// How many there were so far.
-    pub fn count(&self) -> usize {
-        self.next
-    }
-
-    /// Room for the next row.
-    pub fn push(&mut self) -> &mut [f32] {
-        let start = (self.next % self.capacity) * self.stride;
-        if self.next < self.capacity {
-            self.data.resize(start + self.stride, 0.0);
-        }
-        self.next += 1;
-        &mut self.data[start..start + self.stride]
-    }
-}
-
 pub struct Octave {
     width: usize,
     height: usize,
@@ -99,7 +62,7 @@ pub struct Octave {
     /// The levels above.
     raised: [Raised; LEVELS - OWN],
     /// Rows filtered along their columns, with margins.
-    lines: Vec<f32>,
+    lines: Aligned,
 }
 
 impl Octave {
@@ -123,7 +86,7 @@ impl Octave {
         });
         let rows = rows.collect();
         let raised = [0; LEVELS - OWN].map(|_| Raised::new(width, height));
-        Self { width, height, rows, filters, raised, lines: vec![0.0; BATCH * (filled + 2 * MARGIN)] }
+        Self { width, height, rows, filters, raised, lines: Aligned::new(BATCH * (filled + 2 * MARGIN)) }
     }
 
     pub fn width(&self) -> usize {
@@ -149,7 +112,7 @@ impl Octave {
 
     /// How many rows a level of the octave's own pixels has had so far.
     pub fn rows(&self, level: usize) -> usize {
-        self.rows[self.rows.len() - OWN + level].next
+        self.rows[self.rows.len() - OWN + level].count()
     }
 
     /// Width or height of the next octave: every second pixel of this one, and one on the border or beyond.
@@ -201,10 +164,10 @@ impl Octave {
             let (source, target) = (&before[i], &mut after[0]);
             // Beyond the last row it is repeated.
             let ready =
-                if source.next == self.height { self.height } else { source.next.saturating_sub(gaussian.radius()) };
-            if ready >= target.next + BATCH || (ready == self.height && ready > target.next) {
-                let ys = target.next..ready.min(target.next + BATCH);
-                blur(source, target, gaussian, ys, self.width, self.height, &mut self.lines);
+                if source.count() == self.height { self.height } else { source.count().saturating_sub(gaussian.radius()) };
+            if ready >= target.count() + BATCH || (ready == self.height && ready > target.count()) {
+                let ys = target.count()..ready.min(target.count() + BATCH);
+                blur(source, target, gaussian, ys, self.width, self.height, self.lines.all_mut());
                 any = true;
             }
         }
