@@ -56,10 +56,20 @@ impl Rows {
         self.next
     }
 
+    /// Makes room for the next `n` rows.
+    pub fn extend(&mut self, n: usize) {
+        self.next += n;
+    }
+
+    pub fn row_mut(&mut self, y: usize) -> &mut [f32] {
+        debug_assert!(y < self.next && y + self.capacity >= self.next);
+        let start = (y % self.capacity) * self.stride;
+        &mut self.data.all_mut()[start..start + self.stride]
+    }
+
     /// Room for the next row.
     pub fn push(&mut self) -> &mut [f32] {
-        let start = (self.next % self.capacity) * self.stride;
-        self.next += 1;
-        &mut self.data.all_mut()[start..start + self.stride]
+        self.extend(1);
+        self.row_mut(self.next - 1)
     }
 }

@@ -24,9 +24,9 @@ pub const NEAR: usize = 6;
 /// Rows that a level works out together, so that its sources are read from memory once.
 const BATCH: usize = 8;
 /// How far the row that is searched may be behind the last level of the octave's own pixels: the filters
-/// of the next octave's levels (radii 5 and 6) and its batches, the interpolation, and what is near, in
+/// of the next octave's levels (radii 4 and 5) and its batches, the interpolation, and what is near, in
 /// pixels of which the next octave has half.
-const BEHIND: usize = 2 * (5 + 6 + 2 * BATCH + 3) + NEAR + 4;
+const BEHIND: usize = 2 * (4 + 5 + 2 * BATCH + 3) + NEAR + 4;
 /// Groups of columns that are worked out together, for the same reason.
 const COLUMNS: usize = 4;
 /// Room left and right of a row that is filtered; no kernel is wider.
@@ -34,14 +34,14 @@ const MARGIN: usize = 16;
 /// What a row has at least beyond its end, of no meaning: windows are read in groups of pixels.
 pub const PADDING: usize = 40;
 
-/// Half of a Gaussian filter, from the centre out to 4 sigma.
+/// Half of a Gaussian filter, from the centre out to 3.5 sigma.
 struct Gaussian {
     weights: Vec<f32>,
 }
 
 impl Gaussian {
     fn new(sigma: f64) -> Self {
-        let radius = ((4.0 * sigma).round() as usize).clamp(1, MARGIN);
+        let radius = ((3.5 * sigma).round() as usize).clamp(1, MARGIN);
         let raw: Vec<f64> = (0..=radius).map(|i| (-0.5 * (i as f64 / sigma).powi(2)).exp()).collect();
         let sum = 2.0 * raw.iter().sum::<f64>() - 1.0;
         Self { weights: raw.iter().map(|w| (w / sum) as f32).collect() }
@@ -175,7 +175,8 @@ impl Octave {
     }
 }
 
-/// Rows `ys` of the source, blurred.
+/// Rows `ys` of the source, blurred: a few columns at a time along them, and what has its neighbours
+/// then across, so that what is between the two stays in the nearest cache.
 fn blur(
     source: &Rows,
     target: &mut Rows,
@@ -185,8 +186,8 @@ fn blur(
     height: usize,
     lines: &mut [f32],
 ) {
-    let (filled, radius) = (width.next_multiple_of(LANES), gaussian.radius());
-    let long = filled + 2 * MARGIN;
+    let (groups, radius) = (width.div_ceil(LANES), gaussian.radius());
+    let long = groups * LANES + 2 * MARGIN;
     let none: [&[Lanes]; 2] = [&[], &[]];
     let mut pairs = [none; MARGIN];
     // Row y + i - radius, where the image ends the last one.
@@ -194,8 +195,11 @@ fn blur(
     for (i, row) in rows[..ys.len() + 2 * radius].iter_mut().enumerate() {
         *row = lanes(source.row((ys.start + i).saturating_sub(radius).min(height - 1)));
     }
-    for x in (0..filled / LANES).step_by(COLUMNS) {
-        let columns = x..(filled / LANES).min(x + COLUMNS);
+    target.extend(ys.len());
+    for x in (0..groups).step_by(COLUMNS) {
+        let columns = x..groups.min(x + COLUMNS);
+        // The last group of columns lacks its neighbours on the right.
+        let across = x.saturating_sub(1)..if columns.end == groups { groups } else { columns.end - 1 };
         for (i, line) in (radius..radius + ys.len()).zip(lines.chunks_exact_mut(long)) {
             for (j, pair) in (1..=radius).zip(&mut pairs) {
                 *pair = [&rows[i - j][columns.clone()], &rows[i + j][columns.clone()]];
@@ -203,15 +207,23 @@ fn blur(
             let out = &mut line[MARGIN..].as_chunks_mut().0[columns.clone()];
             filter(out, &rows[i][columns.clone()], &pairs[..radius], &gaussian.weights);
         }
-    }
-    for (_, line) in ys.zip(lines.chunks_exact_mut(long)) {
-        let (first, last) = (line[MARGIN], line[MARGIN + width - 1]);
-        line[..MARGIN].fill(first);
-        line[MARGIN + width..].fill(last);
-        for (j, pair) in (1..=radius).zip(&mut pairs) {
-            *pair = [lanes(&line[MARGIN - j..][..filled]), lanes(&line[MARGIN + j..][..filled])];
+        for (y, line) in ys.clone().zip(lines.chunks_exact_mut(long)) {
+            if x == 0 {
+                let first = line[MARGIN];
+                line[..MARGIN].fill(first);
+            }
+            if columns.end == groups {
+                let last = line[MARGIN + width - 1];
+                line[MARGIN + width..].fill(last);
+            }
+            let shifted = |by: usize| lanes(&line[by + across.start * LANES..][..across.len() * LANES]);
+            let mut beside = [none; MARGIN];
+            for (j, pair) in (1..=radius).zip(&mut beside) {
+                *pair = [shifted(MARGIN - j), shifted(MARGIN + j)];
+            }
+            let out = &mut target.row_mut(y).as_chunks_mut().0[across.clone()];
+            filter(out, shifted(MARGIN), &beside[..radius], &gaussian.weights);
         }
-        filter(target.push().as_chunks_mut().0, lanes(&line[MARGIN..][..filled]), &pairs[..radius], &gaussian.weights);
     }
 }
 
