@@ -53,6 +53,8 @@ pub struct Search {
     rows: Aligned,
     next: usize,
     flags: Vec<[u8; GROUP]>,
+    /// Groups of pixels with flags.
+    hits: Vec<u32>,
 }
 
 impl Search {
@@ -64,6 +66,7 @@ impl Search {
             rows: Aligned::new(3 * DIFFERENCES * stride),
             next: 0,
             flags: vec![[0; GROUP]; width.div_ceil(GROUP)],
+            hits: vec![0; width.div_ceil(GROUP)],
         }
     }
 
@@ -88,36 +91,38 @@ impl Search {
         }
         self.next = y + 2;
         let coarse = (COARSE * limits.contrast) as f32;
-        let mut flags = std::mem::take(&mut self.flags);
+        let (mut flags, mut hits) = (std::mem::take(&mut self.flags), std::mem::take(&mut self.hits));
         for layer in 1..=INTERVALS {
             let here = self.row(layer, y);
             let around =
                 [self.row(layer, y - 1), self.row(layer, y + 1), self.row(layer - 1, y), self.row(layer + 1, y)];
-            peaks(&mut flags, here, around.map(|row| &row[MARGIN..]), coarse);
-            for (i, group) in flags.iter().enumerate() {
-                for (j, word) in group.as_chunks::<8>().0.iter().enumerate() {
-                    // A byte of 1 for every flag.
-                    let mut word = u64::from_le_bytes(*word);
-                    while word != 0 {
-                        let x = GROUP * i + 8 * j + word.trailing_zeros() as usize / 8;
-                        word &= word - 1;
-                        if (BORDER..self.width - BORDER).contains(&x) && self.is_extremum(layer, x, y) {
-                            found.extend(refine(octave, layer, x, y, limits));
-                        }
+            let n = peaks(&mut flags, &mut hits, here, around.map(|row| &row[MARGIN..]), coarse);
+            let near = [layer, layer - 1, layer + 1].map(|d| [y - 1, y, y + 1].map(|y| &self.row(d, y)[MARGIN..]));
+            for &i in &hits[..n] {
+                // Byte x is 1 where pixel x is flagged.
+                let mut group = u128::from_le_bytes(flags[i as usize]);
+                while group != 0 {
+                    let x = GROUP * i as usize + group.trailing_zeros() as usize / 8;
+                    group &= group - 1;
+                    if (BORDER..self.width - BORDER).contains(&x) && is_extremum(&near, x) {
+                        found.extend(refine(octave, layer, x, y, limits));
                     }
                 }
             }
         }
-        self.flags = flags;
+        (self.flags, self.hits) = (flags, hits);
     }
+}
 
-    /// Among all 26 neighbours; equals do not disqualify.
-    fn is_extremum(&self, layer: usize, x: usize, y: usize) -> bool {
-        let v = self.row(layer, y)[MARGIN + x];
-        let sign = v.signum();
-        (layer - 1..=layer + 1)
-            .all(|d| (y - 1..=y + 1).all(|y| self.row(d, y)[MARGIN + x - 1..=MARGIN + x + 1].iter().all(|n| sign * n <= sign * v)))
-    }
+/// Among all 26 neighbours; equals do not disqualify. `rows`: three of each difference, its own first.
+fn is_extremum(rows: &[[&[f32]; 3]; 3], x: usize) -> bool {
+    let v = rows[0][1][x];
+    let sign = v.signum();
+    let least = sign * v;
+    rows.as_flattened().iter().all(|row| {
+        let [a, b, c] = [row[x - 1], row[x], row[x + 1]].map(|n| sign * n);
+        (a <= least) & (b <= least) & (c <= least)
+    })
 }
 
 /// The extremum of the quadratic through the neighbours of a sample, if it passes the tests.

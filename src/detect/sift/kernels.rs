@@ -57,8 +57,16 @@ for_each_processor! {
 
     /// Sets flags[x] where |row[x]| exceeds the threshold and none of its six nearest neighbours (left,
     /// right and the four of `around`) is farther from zero on the same side. `row` begins a group before
-    /// the first pixel and ends one behind the last.
-    pub fn peaks(flags: &mut [[u8; GROUP]], row: &[f32], around: [&[f32]; 4], threshold: f32) {
+    /// the first pixel and ends one behind the last. Returns how many groups have flags; `hits` begins with them.
+    pub fn peaks(
+        flags: &mut [[u8; GROUP]],
+        hits: &mut [u32],
+        row: &[f32],
+        around: [&[f32]; 4],
+        threshold: f32,
+    ) -> usize {
+        let mut found = 0;
+        let hits = &mut hits[..flags.len()];
         let n = GROUP * flags.len();
         let (left, right) = (&row[GROUP - 1..][..n], &row[GROUP + 1..][..n]);
         let [left, middle, right, a, b, c, d] =
@@ -74,7 +82,10 @@ for_each_processor! {
                 let bottom = (v < -threshold) & (v <= low);
                 flags[x] = (top | bottom) as u8;
             }
+            hits[found.min(i)] = i as u32;
+            found += (u128::from_ne_bytes(*flags) != 0) as usize;
         }
+        found
     }
 }
 

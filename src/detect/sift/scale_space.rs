@@ -163,8 +163,11 @@ impl Octave {
             let (before, after) = self.rows.split_at_mut(i + 1);
             let (source, target) = (&before[i], &mut after[0]);
             // Beyond the last row it is repeated.
-            let ready =
-                if source.count() == self.height { self.height } else { source.count().saturating_sub(gaussian.radius()) };
+            let ready = if source.count() == self.height {
+                self.height
+            } else {
+                source.count().saturating_sub(gaussian.radius())
+            };
             if ready >= target.count() + BATCH || (ready == self.height && ready > target.count()) {
                 let ys = target.count()..ready.min(target.count() + BATCH);
                 blur(source, target, gaussian, ys, self.width, self.height, self.lines.all_mut());
