@@ -3,7 +3,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::kernels::{GROUP, peaks, subtract};
+use super::kernels::{GROUP, differences, peaks};
 use super::rows::Aligned;
 use super::scale_space::{INTERVALS, LEVELS, Octave};
 
@@ -83,11 +83,13 @@ impl Search {
             return;
         }
         for y in self.next.max(y - 1)..y + 2 {
-            for d in 0..DIFFERENCES {
-                let start = (3 * d + y % 3) * self.stride + MARGIN;
-                let out = &mut self.rows.all_mut()[start..start + self.width];
-                subtract(out, octave.row(d + 1, y), octave.row(d, y));
-            }
+            let mut rows = self.rows.all_mut().chunks_exact_mut(3 * self.stride);
+            let start = y % 3 * self.stride + MARGIN;
+            let out = [(); DIFFERENCES].map(|()| match rows.next() {
+                Some(rows) => &mut rows[start..start + self.width],
+                None => Default::default(),
+            });
+            differences(out, std::array::from_fn(|level| octave.row(level, y)));
         }
         self.next = y + 2;
         let coarse = (COARSE * limits.contrast) as f32;

@@ -3,6 +3,9 @@
 //! The same bits on every processor: see [`crate::vectors`].
 #![allow(unsafe_code)]
 
+use std::ops::Range;
+
+use super::scale_space::LEVELS;
 use crate::vectors::for_each_processor;
 
 /// Columns that are worked on together; rows are padded to a multiple of it.
@@ -12,14 +15,47 @@ pub type Lanes = [f32; LANES];
 pub const GROUP: usize = 16;
 
 for_each_processor! {
-    /// A symmetric filter: out = weights[0] centre + sum of weights[j] (pairs[j - 1][0] + pairs[j - 1][1]),
-    /// over all of `out`.
-    pub fn filter(out: &mut [Lanes], centre: &[Lanes], pairs: &[[&[Lanes]; 2]], weights: &[f32]) {
+    /// A symmetric filter along columns: every line of `out` is weights[0] times its row plus the sum of
+    /// weights[j] times the rows j above and below, in groups `columns`. `rows`: those of the lines, and as
+    /// many before and behind as there are weights but one. Lines are `stride` apart, and begin with
+    /// `margin` numbers that are left as they are.
+    pub fn filter_columns(
+        out: &mut [f32],
+        stride: usize,
+        margin: usize,
+        columns: Range<usize>,
+        rows: &[&[Lanes]],
+        weights: &[f32],
+    ) {
         let Some((first, weights)) = weights.split_first() else { return };
-        for (i, (out, centre)) in out.iter_mut().zip(centre).enumerate() {
-            let mut sum = centre.map(|c| first * c);
-            for ([a, b], w) in pairs.iter().zip(weights) {
-                let (a, b) = (&a[i], &b[i]);
+        for (line, rows) in out.chunks_exact_mut(stride).zip(rows.windows(2 * weights.len() + 1)) {
+            let (above, rows) = rows.split_at(weights.len());
+            let Some((centre, below)) = rows.split_first() else { return };
+            for (x, out) in columns.clone().zip(&mut line[margin..].as_chunks_mut().0[columns.clone()]) {
+                let mut sum = centre[x].map(|c| first * c);
+                for ((a, b), w) in above.iter().rev().zip(below).zip(weights) {
+                    let (a, b) = (&a[x], &b[x]);
+                    for l in 0..LANES {
+                        sum[l] += w * (a[l] + b[l]);
+                    }
+                }
+                *out = sum;
+            }
+        }
+    }
+
+    /// The same along a row: `line` has as many numbers more on both sides as there are weights but one.
+    pub fn filter_row(out: &mut [Lanes], line: &[f32], weights: &[f32]) {
+        let Some((first, weights)) = weights.split_first() else { return };
+        let radius = weights.len();
+        for (x, out) in out.iter_mut().enumerate() {
+            let line = &line[x * LANES..][..LANES + 2 * radius];
+            let mut sum = [0.0; LANES];
+            for l in 0..LANES {
+                sum[l] = first * line[radius..][l];
+            }
+            for (j, w) in (1..=radius).zip(weights) {
+                let (a, b) = (&line[radius - j..][..LANES], &line[radius + j..][..LANES]);
                 for l in 0..LANES {
                     sum[l] += w * (a[l] + b[l]);
                 }
@@ -48,10 +84,18 @@ for_each_processor! {
         }
     }
 
-    /// out = a - b.
-    pub fn subtract(out: &mut [f32], a: &[f32], b: &[f32]) {
-        for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
-            *out = a - b;
+    /// Each level but the first minus the one before.
+    pub fn differences(out: [&mut [f32]; LEVELS - 1], levels: [&[f32]; LEVELS]) {
+        let [o0, o1, o2, o3, o4] = out;
+        let n = o0.len();
+        let (o1, o2, o3, o4) = (&mut o1[..n], &mut o2[..n], &mut o3[..n], &mut o4[..n]);
+        let [a, b, c, d, e, f] = levels.map(|level| &level[..n]);
+        for x in 0..n {
+            o0[x] = b[x] - a[x];
+            o1[x] = c[x] - b[x];
+            o2[x] = d[x] - c[x];
+            o3[x] = e[x] - d[x];
+            o4[x] = f[x] - e[x];
         }
     }
 

@@ -5,7 +5,7 @@
 //! The levels beyond twice the first one's blur have nothing that half the pixels would not show. They
 //! are those of the next octave, interpolated ([`super::raised`]).
 
-use super::kernels::{LANES, Lanes, filter};
+use super::kernels::{LANES, Lanes, filter_columns, filter_row};
 use super::raised::Raised;
 use super::rows::{Aligned, Rows};
 
@@ -98,7 +98,7 @@ impl Octave {
     }
 
     /// Row `y` of a level.
-    #[inline]
+    #[inline(always)]
     pub fn row(&self, level: usize, y: usize) -> &[f32] {
         let row = if level < OWN { self.padded_row(level, y) } else { self.raised[level - OWN].row(y) };
         &row[..self.width]
@@ -191,25 +191,18 @@ fn blur(
 ) {
     let (groups, radius) = (width.div_ceil(LANES), gaussian.radius());
     let long = groups * LANES + 2 * MARGIN;
-    let none: [&[Lanes]; 2] = [&[], &[]];
-    let mut pairs = [none; MARGIN];
     // Row y + i - radius, where the image ends the last one.
     let mut rows: [&[Lanes]; BATCH + 2 * MARGIN] = [&[]; BATCH + 2 * MARGIN];
-    for (i, row) in rows[..ys.len() + 2 * radius].iter_mut().enumerate() {
-        *row = lanes(source.row((ys.start + i).saturating_sub(radius).min(height - 1)));
+    let rows = &mut rows[..ys.len() + 2 * radius];
+    for (i, row) in rows.iter_mut().enumerate() {
+        *row = source.row((ys.start + i).saturating_sub(radius).min(height - 1)).as_chunks().0;
     }
     target.extend(ys.len());
     for x in (0..groups).step_by(COLUMNS) {
         let columns = x..groups.min(x + COLUMNS);
         // The last group of columns lacks its neighbours on the right.
         let across = x.saturating_sub(1)..if columns.end == groups { groups } else { columns.end - 1 };
-        for (i, line) in (radius..radius + ys.len()).zip(lines.chunks_exact_mut(long)) {
-            for (j, pair) in (1..=radius).zip(&mut pairs) {
-                *pair = [&rows[i - j][columns.clone()], &rows[i + j][columns.clone()]];
-            }
-            let out = &mut line[MARGIN..].as_chunks_mut().0[columns.clone()];
-            filter(out, &rows[i][columns.clone()], &pairs[..radius], &gaussian.weights);
-        }
+        filter_columns(lines, long, MARGIN, columns.clone(), rows, &gaussian.weights);
         for (y, line) in ys.clone().zip(lines.chunks_exact_mut(long)) {
             if x == 0 {
                 let first = line[MARGIN];
@@ -219,17 +212,8 @@ fn blur(
                 let last = line[MARGIN + width - 1];
                 line[MARGIN + width..].fill(last);
             }
-            let shifted = |by: usize| lanes(&line[by + across.start * LANES..][..across.len() * LANES]);
-            let mut beside = [none; MARGIN];
-            for (j, pair) in (1..=radius).zip(&mut beside) {
-                *pair = [shifted(MARGIN - j), shifted(MARGIN + j)];
-            }
             let out = &mut target.row_mut(y).as_chunks_mut().0[across.clone()];
-            filter(out, shifted(MARGIN), &beside[..radius], &gaussian.weights);
+            filter_row(out, &line[MARGIN - radius + LANES * across.start..], &gaussian.weights);
         }
     }
-}
-
-fn lanes(row: &[f32]) -> &[Lanes] {
-    row.as_chunks().0
 }
