@@ -4,11 +4,8 @@
 use std::f32::consts::TAU;
 
 use super::scale_space::Octave;
-pub use super::window::Place;
-use super::window::{BINS, ORIENTATIONS, SIDE, cells, directions};
-
-pub const DESCRIPTOR_SIZE: usize = 128;
-pub type Descriptor = [u8; DESCRIPTOR_SIZE];
+use super::window::{BINS, ORIENTATIONS, SIDE, cells, directions, quantise};
+pub use super::window::{DESCRIPTOR_SIZE, Descriptor, Place};
 
 /// The orientation histogram's Gaussian window, in sigmas of the keypoint, and how far it reaches in its own.
 const ORIENTATION_WINDOW: f32 = 1.5;
@@ -21,24 +18,25 @@ const CELLS: usize = SIDE - 2;
 const CELL_SIGMAS: f32 = 3.0;
 /// Greatest share of a single number in the vector's length, against light that is not linear.
 const CLIP: f32 = 0.2;
-/// The vector's length as bytes.
+/// The vector's length.
 const LENGTH: f32 = 512.0;
 
 /// The dominant orientations, radians from x towards y, 0 to 2 pi.
 pub fn orientations(octave: &Octave, place: &Place, found: &mut Vec<f32>) {
     let window = ORIENTATION_WINDOW * place.sigma;
     let turned = directions(octave, place, window, ORIENTATION_REACH * window);
-    let raw = std::array::from_fn(|i| turned[(i + ORIENTATIONS / 2) % ORIENTATIONS]);
-    let at = |h: &[f32; ORIENTATIONS], i: usize, step: usize| h[(i + ORIENTATIONS + step - 2) % ORIENTATIONS];
+    // Two bins more on either side.
+    let around: [f32; ORIENTATIONS + 4] =
+        std::array::from_fn(|i| turned[(i + 3 * ORIENTATIONS / 2 - 2) % ORIENTATIONS]);
     let mut smooth = [0.0f32; ORIENTATIONS];
-    for (i, s) in smooth.iter_mut().enumerate() {
-        let [a, b, c, d, e] = [0, 1, 2, 3, 4].map(|step| at(&raw, i, step));
-        *s = (a + e) * (1.0 / 16.0) + (b + d) * (4.0 / 16.0) + c * (6.0 / 16.0);
+    for (s, bins) in smooth.iter_mut().zip(around.windows(5)) {
+        *s = (bins[0] + bins[4]) * (1.0 / 16.0) + (bins[1] + bins[3]) * (4.0 / 16.0) + bins[2] * (6.0 / 16.0);
     }
     let least = PEAK_SHARE * smooth.iter().copied().fold(0.0, f32::max);
     found.clear();
     for i in 0..ORIENTATIONS {
-        let [before, here, after] = [1, 2, 3].map(|step| at(&smooth, i, step));
+        let (before, after) = ((i + ORIENTATIONS - 1) % ORIENTATIONS, (i + 1) % ORIENTATIONS);
+        let [before, here, after] = [before, i, after].map(|i| smooth[i]);
         if here > before && here > after && here >= least {
             let peak = i as f32 + 0.5 * (before - after) / (before - 2.0 * here + after);
             found.push((peak * (TAU / ORIENTATIONS as f32)).rem_euclid(TAU));
@@ -59,18 +57,5 @@ pub fn describe(octave: &Octave, place: &Place, orientation: f32) -> Descriptor 
     for (cell, out) in inner.zip(vector.as_chunks_mut::<BINS>().0) {
         *out = histograms[cell];
     }
-    quantise(vector)
-}
-
-/// Clipped, scaled to a length of 512 and rounded.
-fn quantise(mut vector: [f32; DESCRIPTOR_SIZE]) -> Descriptor {
-    let norm = |v: &[f32; DESCRIPTOR_SIZE]| {
-        let mut sums = [0.0f32; 16];
-        v.as_chunks::<16>().0.iter().for_each(|v| sums.iter_mut().zip(v).for_each(|(s, v)| *s += v * v));
-        sums.iter().sum::<f32>().sqrt()
-    };
-    let most = CLIP * norm(&vector);
-    vector.iter_mut().for_each(|a| *a = a.min(most));
-    let scale = LENGTH / norm(&vector).max(f32::MIN_POSITIVE);
-    vector.map(|a| (a * scale + 0.5) as u8)
+    quantise(&vector, CLIP, LENGTH)
 }

@@ -23,6 +23,8 @@ pub const ORIENTATIONS: usize = 36;
 pub const BINS: usize = 8;
 /// Cells along a side of a descriptor, with a rim that takes what falls beyond.
 pub const SIDE: usize = 6;
+pub const DESCRIPTOR_SIZE: usize = 128;
+pub type Descriptor = [u8; DESCRIPTOR_SIZE];
 /// A descriptor in the making.
 pub type Histograms = [[f32; BINS]; SIDE * SIDE];
 
@@ -131,6 +133,32 @@ for_each_processor! {
         sums.take(&mut samples);
         sums.histograms()
     }
+
+    /// Clipped at a share of its length, scaled to a length and rounded.
+    pub fn quantise(vector: &[f32; DESCRIPTOR_SIZE], clip: f32, length: f32) -> Descriptor {
+        let most = clip * norm(vector);
+        let vector = vector.map(|a| less(a, most));
+        let scale = length / greater(norm(&vector), f32::MIN_POSITIVE);
+        let mut bytes = [0; DESCRIPTOR_SIZE];
+        for (byte, a) in bytes.iter_mut().zip(vector) {
+            // SAFETY: within 0 and 255, also where the input was NaN.
+            let rounded: i32 = unsafe { less(greater(a * scale + 0.5, 0.0), 255.0).to_int_unchecked() };
+            *byte = rounded as u8;
+        }
+        bytes
+    }
+}
+
+/// Length, summed in lanes.
+#[inline(always)]
+fn norm(vector: &[f32; DESCRIPTOR_SIZE]) -> f32 {
+    let mut sums = [0.0f32; GROUP];
+    for part in vector.as_chunks::<GROUP>().0 {
+        for (sum, a) in sums.iter_mut().zip(part) {
+            *sum += a * a;
+        }
+    }
+    sums.iter().sum::<f32>().sqrt()
 }
 
 /// first..end of the pixels within `radius` of `centre` that have neighbours on both sides.
