@@ -5,6 +5,7 @@
 
 use std::ops::Range;
 
+use super::doubling::Doubling;
 use super::scale_space::LEVELS;
 use crate::vectors::for_each_processor;
 
@@ -61,6 +62,39 @@ for_each_processor! {
                 }
             }
             *out = sum;
+        }
+    }
+
+    /// Lines halfway between rows and on them, blurred: of each two lines the first lies on the fourth of
+    /// seven rows, the second halfway to the fifth. See [`filter_columns`].
+    pub fn double_columns(
+        out: &mut [f32],
+        stride: usize,
+        margin: usize,
+        rows: &[&[Lanes]],
+        filters: &Doubling,
+    ) {
+        for (lines, rows) in out.chunks_exact_mut(2 * stride).zip(rows.windows(7)) {
+            let (on, between) = lines.split_at_mut(stride);
+            let (on, between) = (on[margin..].as_chunks_mut().0, between[margin..].as_chunks_mut().0);
+            for (x, (on, between)) in on.iter_mut().zip(between).enumerate().take(rows[0].len()) {
+                let [a, b, c, d, e, f, g] = [0, 1, 2, 3, 4, 5, 6].map(|i| &rows[i][x]);
+                let (mut first, mut second) = ([0.0; LANES], [0.0; LANES]);
+                for l in 0..LANES {
+                    [first[l], second[l]] = doubled([a[l], b[l], c[l], d[l], e[l], f[l], g[l]], filters);
+                }
+                (*on, *between) = (first, second);
+            }
+        }
+    }
+
+    /// The same along a row. `line` has three numbers more on both sides.
+    pub fn double_row(out: &mut [f32], line: &[f32], filters: &Doubling) {
+        let n = (out.len() / 2).min(line.len().saturating_sub(6));
+        let [a, b, c, d, e, f, g] = [0, 1, 2, 3, 4, 5, 6].map(|i| &line[i..i + n]);
+        let out = &mut out.as_chunks_mut::<2>().0[..n];
+        for i in 0..n {
+            out[i] = doubled([a[i], b[i], c[i], d[i], e[i], f[i], g[i]], filters);
         }
     }
 
@@ -131,6 +165,16 @@ for_each_processor! {
         }
         found
     }
+}
+
+/// On the fourth of seven equidistant values, and halfway to the fifth.
+#[inline(always)]
+fn doubled([a, b, c, d, e, f, g]: [f32; 7], filters: &Doubling) -> [f32; 2] {
+    let (on, between) = (&filters.on, &filters.between);
+    [
+        on[0] * d + on[1] * (c + e) + on[2] * (b + f) + on[3] * (a + g),
+        between[0] * (d + e) + between[1] * (c + f) + between[2] * (b + g),
+    ]
 }
 
 /// Halfway between the third and the fourth of six equidistant values: exact for a polynomial of degree 5.

@@ -14,6 +14,7 @@
 
 mod descriptor;
 mod distances;
+mod doubling;
 mod extrema;
 mod kernels;
 pub mod matching;
@@ -36,7 +37,7 @@ use descriptor::Place;
 pub use descriptor::{DESCRIPTOR_SIZE, Descriptor};
 use extrema::{Extremum, Limits, Search};
 pub use matching::{SiftMatch, SiftMatchOptions, match_sift};
-use scale_space::{INTERVALS, NEAR, Octave, REACH, SIGMA};
+use scale_space::{INTERVALS, Input, NEAR, Octave, REACH, SIGMA};
 
 /// Shorter image sides hold no keypoint and its surroundings.
 pub const MIN_IMAGE_SIDE: u32 = 12;
@@ -183,12 +184,7 @@ pub fn detect_sift(image: &ImageView<'_>, options: &SiftOptions) -> Result<SiftF
         return Err(Error::invalid("image", reason));
     }
     let mut detector = Detector::new([width as usize, height as usize], options);
-    let grey = Grey::of(image);
-    if options.upsample {
-        detector.doubled(&grey)
-    } else {
-        detector.plain(&grey)
-    }
+    detector.run(&Grey::of(image));
     Ok(detector.found.into_features())
 }
 
@@ -212,14 +208,17 @@ impl Detector {
         let (first, factor) = if options.upsample { (-1, 2) } else { (0, 1) };
         let (mut width, mut height) = (factor * width, factor * height);
         let lacking = SIGMA.powi(2) - (factor as f64 * ASSUMED_BLUR).powi(2);
-        let mut blur = Some((lacking + if options.upsample { INTERPOLATION_BLUR } else { 0.0 }).sqrt());
+        let mut input = match options.upsample {
+            true => Input::Doubled((lacking + INTERPOLATION_BLUR).sqrt()),
+            false => Input::Blurred(lacking.sqrt()),
+        };
         let mut octaves = Vec::new();
         let mut large = true;
         // After the last octave that is searched there is one for its upper levels.
         while large {
             large = width.min(height) >= MIN_IMAGE_SIDE as usize;
             octaves.push(Stage {
-                octave: Octave::new(width, height, blur.take()),
+                octave: Octave::new(width, height, std::mem::replace(&mut input, Input::Level)),
                 search: Search::new(width),
                 searched: 0,
                 handed: 0,
@@ -230,33 +229,10 @@ impl Detector {
         Self { octaves, found: Found::new(options) }
     }
 
-    fn plain(&mut self, image: &Grey<'_>) {
+    fn run(&mut self, image: &Grey<'_>) {
         for y in 0..image.height() {
-            self.push(|row| row.iter_mut().zip(image.row(y)).for_each(|(out, p)| *out = f32::from(*p)));
-        }
-    }
-
-    /// Sample 2 i of the doubled image is pixel i, sample 2 i + 1 the mean of pixels i and i + 1.
-    fn doubled(&mut self, image: &Grey<'_>) {
-        // The last row and the last column are repeated.
-        let mut sums = vec![0.0; image.width() + 1];
-        for y in 0..2 * image.height() {
-            let (a, b) = (image.row(y / 2), image.row((y.div_ceil(2)).min(image.height() - 1)));
-            for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
-                *sum = f32::from(*a) + f32::from(*b);
-            }
-            sums[image.width()] = sums[image.width() - 1];
-            self.push(|row| {
-                for ((pair, a), b) in row.as_chunks_mut::<2>().0.iter_mut().zip(&sums).zip(&sums[1..]) {
-                    *pair = [0.5 * a, 0.25 * (a + b)];
-                }
-            });
-        }
-    }
-
-    fn push(&mut self, fill: impl FnOnce(&mut [f32])) {
-        if let Some(first) = self.octaves.first_mut() {
-            first.octave.push(fill);
+            let Some(first) = self.octaves.first_mut() else { return };
+            first.octave.push(|row| row.iter_mut().zip(image.row(y)).for_each(|(out, p)| *out = f32::from(*p)));
             advance(&mut self.octaves, &mut self.found);
         }
     }

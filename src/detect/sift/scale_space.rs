@@ -5,6 +5,7 @@
 //! The levels beyond twice the first one's blur have nothing that half the pixels would not show. They
 //! are those of the next octave, interpolated ([`super::raised`]).
 
+use super::doubling::{self, Doubling};
 use super::kernels::{LANES, Lanes, filter_columns, filter_row};
 use super::raised::Raised;
 use super::rows::{Aligned, Rows};
@@ -22,7 +23,7 @@ pub const REACH: usize = 46;
 /// Rows of the interpolated levels: the steps of a refinement and a neighbour.
 pub const NEAR: usize = 6;
 /// Rows that a level works out together, so that its sources are read from memory once.
-const BATCH: usize = 8;
+pub const BATCH: usize = 8;
 /// How far the row that is searched may be behind the last level of the octave's own pixels: the filters
 /// of the next octave's levels (radii 4 and 5) and its batches, the interpolation, and what is near, in
 /// pixels of which the next octave has half.
@@ -30,7 +31,7 @@ const BEHIND: usize = 2 * (4 + 5 + 2 * BATCH + 3) + NEAR + 4;
 /// Groups of columns that are worked out together, for the same reason.
 const COLUMNS: usize = 4;
 /// Room left and right of a row that is filtered; no kernel is wider.
-const MARGIN: usize = 16;
+pub const MARGIN: usize = 16;
 /// What a row has at least beyond its end, of no meaning: windows are read in groups of pixels.
 pub const PADDING: usize = 40;
 
@@ -52,6 +53,17 @@ impl Gaussian {
     }
 }
 
+/// What becomes of an octave's input.
+#[derive(Debug, Clone, Copy)]
+pub enum Input {
+    /// It is the first level.
+    Level,
+    /// It is blurred, by so many pixels of the octave.
+    Blurred(f64),
+    /// It is doubled by linear interpolation, and then blurred.
+    Doubled(f64),
+}
+
 pub struct Octave {
     width: usize,
     height: usize,
@@ -59,6 +71,8 @@ pub struct Octave {
     rows: Vec<Rows>,
     /// From each of `rows` to the next.
     filters: Vec<Gaussian>,
+    /// Instead of the first of them.
+    doubling: Option<Doubling>,
     /// The levels above.
     raised: [Raised; LEVELS - OWN],
     /// Rows filtered along their columns, with margins.
@@ -66,8 +80,12 @@ pub struct Octave {
 }
 
 impl Octave {
-    /// `first_blur`: what the input lacks to [`SIGMA`], if anything.
-    pub fn new(width: usize, height: usize, first_blur: Option<f64>) -> Self {
+    pub fn new(width: usize, height: usize, input: Input) -> Self {
+        let (first_blur, doubled) = match input {
+            Input::Level => (None, false),
+            Input::Blurred(sigma) => (Some(sigma), false),
+            Input::Doubled(sigma) => (Some(sigma), true),
+        };
         let step = |level: usize| SIGMA * (level as f64 / INTERVALS as f64).exp2();
         let between = (1..OWN).map(|l| (step(l).powi(2) - step(l - 1).powi(2)).sqrt());
         let filters: Vec<Gaussian> = first_blur.into_iter().chain(between).map(Gaussian::new).collect();
@@ -85,8 +103,9 @@ impl Octave {
             Rows::new(stride, capacity.min(height))
         });
         let rows = rows.collect();
+        let doubling = filters.first().filter(|_| doubled).map(|blur| Doubling::new(&blur.weights));
         let raised = [0; LEVELS - OWN].map(|_| Raised::new(width, height));
-        Self { width, height, rows, filters, raised, lines: Aligned::new(BATCH * (filled + 2 * MARGIN)) }
+        Self { width, height, rows, filters, doubling, raised, lines: Aligned::new(BATCH * (filled + 2 * MARGIN)) }
     }
 
     pub fn width(&self) -> usize {
@@ -151,7 +170,7 @@ impl Octave {
 
     /// Takes the next row, which `fill` writes.
     pub fn push(&mut self, fill: impl FnOnce(&mut [f32])) {
-        let width = self.width;
+        let width = if self.doubling.is_some() { self.width / 2 } else { self.width };
         fill(&mut self.rows[0].push()[..width]);
     }
 
@@ -162,15 +181,20 @@ impl Octave {
         for (i, gaussian) in self.filters.iter().enumerate() {
             let (before, after) = self.rows.split_at_mut(i + 1);
             let (source, target) = (&before[i], &mut after[0]);
+            let doubling = self.doubling.as_ref().filter(|_| i == 0);
             // Beyond the last row it is repeated.
-            let ready = if source.count() == self.height {
-                self.height
-            } else {
-                source.count().saturating_sub(gaussian.radius())
+            let ready = match doubling {
+                _ if source.count() == if doubling.is_some() { self.height / 2 } else { self.height } => self.height,
+                Some(_) => 2 * source.count().saturating_sub(doubling::RADIUS),
+                None => source.count().saturating_sub(gaussian.radius()),
             };
             if ready >= target.count() + BATCH || (ready == self.height && ready > target.count()) {
                 let ys = target.count()..ready.min(target.count() + BATCH);
-                blur(source, target, gaussian, ys, self.width, self.height, self.lines.all_mut());
+                let (size, lines) = ([self.width, self.height], self.lines.all_mut());
+                match doubling {
+                    Some(doubling) => doubling::blur(source, target, doubling, ys, size, lines),
+                    None => blur(source, target, gaussian, ys, size, lines),
+                }
                 any = true;
             }
         }
@@ -185,8 +209,7 @@ fn blur(
     target: &mut Rows,
     gaussian: &Gaussian,
     ys: std::ops::Range<usize>,
-    width: usize,
-    height: usize,
+    [width, height]: [usize; 2],
     lines: &mut [f32],
 ) {
     let (groups, radius) = (width.div_ceil(LANES), gaussian.radius());
