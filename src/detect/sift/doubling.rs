@@ -60,3 +60,45 @@ pub fn blur(
         double_row(&mut target.push()[..2 * width], &line[MARGIN - RADIUS..], filters);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against the doubled image itself, filtered.
+    #[test]
+    fn a_doubled_image_need_not_be_there() {
+        let weights = [0.3, 0.2, 0.1, 0.03, 0.015, 0.005];
+        let (width, height) = (70, 9);
+        let pixel = |x: usize, y: usize| ((31 * x + 57 * y + x * y) % 97) as f32;
+        let mut source = Rows::new(LANES * 2, height);
+        for y in 0..height {
+            source.push()[..width].iter_mut().enumerate().for_each(|(x, p)| *p = pixel(x, y));
+        }
+        let doubled = |x: i64, y: i64| {
+            let part = |i: i64, n: usize| {
+                let i = i.clamp(0, 2 * n as i64 - 1) as usize;
+                (i / 2, i.div_ceil(2).min(n - 1))
+            };
+            let ((x0, x1), (y0, y1)) = (part(x, width), part(y, height));
+            0.25 * (pixel(x0, y0) + pixel(x1, y0) + pixel(x0, y1) + pixel(x1, y1))
+        };
+        let mut target = Rows::new(LANES * 3, 2 * height);
+        let mut lines = vec![0.0; BATCH * (2 * LANES + 2 * MARGIN)];
+        for from in (0..2 * height).step_by(BATCH) {
+            let ys = from..(from + BATCH).min(2 * height);
+            blur(&source, &mut target, &Doubling::new(&weights), ys, [2 * width, 2 * height], &mut lines);
+        }
+        for y in 0..2 * height as i64 {
+            for x in 0..2 * width as i64 {
+                let k = |i: i64| weights[i.unsigned_abs() as usize];
+                let wanted: f32 = (-5..6)
+                    .flat_map(|dy| (-5..6).map(move |dx| (dx, dy)))
+                    .map(|(dx, dy)| k(dx) * k(dy) * doubled(x + dx, y + dy))
+                    .sum();
+                let found = target.row(y as usize)[x as usize];
+                assert!((found - wanted).abs() < 1e-4, "{found} {wanted} at {x} {y}");
+            }
+        }
+    }
+}

@@ -168,7 +168,7 @@ impl SiftFeatures {
 
 /// Finds and describes the keypoints of an image's luma. An image without contrast has none.
 ///
-/// Memory: about 21 kB for each column of the image (5 kB without upsampling), and 0.2 kB a feature.
+/// Memory: about 11 kB for each column of the image (6 kB without upsampling), and 0.2 kB a feature.
 ///
 /// # Errors
 /// `InvalidArgument` for options out of range and images too small or too large.

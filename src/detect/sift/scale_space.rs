@@ -25,9 +25,9 @@ pub const NEAR: usize = 6;
 /// Rows that a level works out together, so that its sources are read from memory once.
 pub const BATCH: usize = 8;
 /// How far the row that is searched may be behind the last level of the octave's own pixels: the filters
-/// of the next octave's levels (radii 4 and 5) and its batches, the interpolation, and what is near, in
+/// of the next octave's levels (radii 5 and 6) and its batches, the interpolation, and what is near, in
 /// pixels of which the next octave has half.
-const BEHIND: usize = 2 * (4 + 5 + 2 * BATCH + 3) + NEAR + 4;
+const BEHIND: usize = 2 * (5 + 6 + 2 * BATCH + 3) + NEAR + 4;
 /// Groups of columns that are worked out together, for the same reason.
 const COLUMNS: usize = 4;
 /// Room left and right of a row that is filtered; no kernel is wider.
@@ -35,14 +35,14 @@ pub const MARGIN: usize = 16;
 /// What a row has at least beyond its end, of no meaning: windows are read in groups of pixels.
 pub const PADDING: usize = 40;
 
-/// Half of a Gaussian filter, from the centre out to 3.5 sigma.
+/// Half of a Gaussian filter, from the centre out to 4 sigma: with 3.5 photographs have fewer right matches.
 struct Gaussian {
     weights: Vec<f32>,
 }
 
 impl Gaussian {
     fn new(sigma: f64) -> Self {
-        let radius = ((3.5 * sigma).round() as usize).clamp(1, MARGIN);
+        let radius = ((4.0 * sigma).round() as usize).clamp(1, MARGIN);
         let raw: Vec<f64> = (0..=radius).map(|i| (-0.5 * (i as f64 / sigma).powi(2)).exp()).collect();
         let sum = 2.0 * raw.iter().sum::<f64>() - 1.0;
         Self { weights: raw.iter().map(|w| (w / sum) as f32).collect() }

@@ -286,7 +286,7 @@ impl Samples {
             let row = less(greater(first[1] + x * step[1], 0.0), limit);
             // SAFETY: both are within 0 to SIDE - 1, also where the input was NaN.
             let (c, r): (i32, i32) = unsafe { (column.to_int_unchecked(), row.to_int_unchecked()) };
-            cell[i] = ((SIDE as i32 - 1) * r + c) as u32;
+            cell[i] = r.wrapping_mul(SIDE as i32 - 1).wrapping_add(c) as u32;
             let (right, below) = (column - c as f32, row - r as f32);
             let weight = magnitude[i] * across[i] * down;
             let (upper, lower) = (weight * (1.0 - below), weight * below);
