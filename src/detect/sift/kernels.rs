@@ -5,6 +5,7 @@
 
 use std::ops::Range;
 
+use super::arithmetic::{greater, less};
 use super::doubling::Doubling;
 use super::scale_space::LEVELS;
 use crate::vectors::for_each_processor;
@@ -181,14 +182,4 @@ fn doubled([a, b, c, d, e, f, g]: [f32; 7], filters: &Doubling) -> [f32; 2] {
 #[inline(always)]
 fn between([a, b, c, d, e, f]: [f32; 6]) -> f32 {
     (3.0 / 256.0) * (a + f) + (-25.0 / 256.0) * (b + e) + (150.0 / 256.0) * (c + d)
-}
-
-#[inline(always)]
-fn greater(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
-
-#[inline(always)]
-fn less(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
 }

@@ -1,17 +1,19 @@
 //! SIFT, the scale-invariant feature transform: D. G. Lowe, Distinctive image features from
 //! scale-invariant keypoints, International Journal of Computer Vision 60(2), 2004.
 //!
-//! Octaves of Gaussian levels (`scale_space`), extrema of their differences (`extrema`), orientations
-//! and descriptors (`descriptor`). The image flows through all octaves row by row, so that memory grows
-//! with its width and not with its height.
+//! Octaves of Gaussian levels (`scale_space`; `doubling`, `raised`), extrema of their differences
+//! (`extrema`), orientations and descriptors (`descriptor`, `window`). The image flows through all
+//! octaves row by row, so that memory grows with its width and not with its height.
 //!
 //! As in the paper: 3 intervals an octave, blur 1.6 of an octave's first level, 0.5 assumed of the
 //! image, the image doubled by linear interpolation, 36 orientation bins, 4 x 4 x 8 descriptor with a
 //! Gaussian window of half its width, clipped at 0.2. As in OpenCV, which much data was made with: the
 //! contrast threshold is divided by the intervals, the orientation histogram is smoothed, and the
 //! descriptor's bytes have length 512 and OpenCV's order. Unlike OpenCV: descriptors and orientations are
-//! centred at the refined place, not the nearest pixel.
+//! centred at the refined place, not the nearest pixel, and a gradient is shared by the two orientation bins
+//! about it.
 
+mod arithmetic;
 mod descriptor;
 mod distances;
 mod doubling;
