@@ -186,11 +186,12 @@ fn weights<const N: usize>(first: f32, step: f32, window: f32) -> [f32; N] {
 const AHEAD: usize = 7;
 
 #[inline(always)]
+#[cfg_attr(not(target_arch = "x86_64"), allow(unused_variables))]
 fn prefetch(octave: &Octave, level: usize, y: usize, from: usize, to: usize) {
     #[cfg(target_arch = "x86_64")]
     if y < octave.rows(level) {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        for part in octave.padded_row(level, y)[from..to].chunks(16) {
+        for part in octave.padded_row(level, y).get(from..to).into_iter().flat_map(|row| row.chunks(16)) {
             // SAFETY: it only hints.
             unsafe { _mm_prefetch::<_MM_HINT_T0>(part.as_ptr().cast()) };
         }
