@@ -3,7 +3,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::kernels::{peaks, subtract};
+use super::kernels::{GROUP, differences, peaks};
+use super::rows::Aligned;
 use super::scale_space::{INTERVALS, LEVELS, Octave};
 
 /// Pixels along the border that hold no keypoint.
@@ -41,23 +42,39 @@ pub struct Extremum {
     pub curvature: [f64; 3],
 }
 
+/// Room on both sides of a row: of a neighbour, and what keeps rows aligned.
+const MARGIN: usize = 16;
+
 /// The differences of three rows, and what is needed to search the middle one.
 pub struct Search {
     width: usize,
+    stride: usize,
     /// Rows y - 1, y, y + 1 by y modulo 3, of each difference.
-    rows: Vec<f32>,
+    rows: Aligned,
     next: usize,
-    flags: Vec<u8>,
+    flags: Vec<[u8; GROUP]>,
+    /// Groups of pixels with flags.
+    hits: Vec<u32>,
 }
 
 impl Search {
     pub fn new(width: usize) -> Self {
-        Self { width, rows: vec![0.0; 3 * DIFFERENCES * width], next: 0, flags: vec![0; width] }
+        let stride = width.next_multiple_of(GROUP) + 2 * MARGIN;
+        Self {
+            width,
+            stride,
+            rows: Aligned::new(3 * DIFFERENCES * stride),
+            next: 0,
+            flags: vec![[0; GROUP]; width.div_ceil(GROUP)],
+            hits: vec![0; width.div_ceil(GROUP)],
+        }
     }
 
+    /// With its margins.
+    #[inline]
     fn row(&self, difference: usize, y: usize) -> &[f32] {
-        let start = (3 * difference + y % 3) * self.width;
-        &self.rows[start..start + self.width]
+        let start = (3 * difference + y % 3) * self.stride;
+        &self.rows.all()[start..start + self.stride]
     }
 
     /// The extrema of row `y`, which only grows from call to call; the octave has all rows that REACH demands.
@@ -66,42 +83,48 @@ impl Search {
             return;
         }
         for y in self.next.max(y - 1)..y + 2 {
-            for d in 0..DIFFERENCES {
-                let start = (3 * d + y % 3) * self.width;
-                let out = &mut self.rows[start..start + self.width];
-                subtract(out, octave.row(d + 1, y), octave.row(d, y));
-            }
+            let mut rows = self.rows.all_mut().chunks_exact_mut(3 * self.stride);
+            let start = y % 3 * self.stride + MARGIN;
+            let out = [(); DIFFERENCES].map(|()| match rows.next() {
+                Some(rows) => &mut rows[start..start + self.width],
+                None => Default::default(),
+            });
+            differences(out, std::array::from_fn(|level| octave.row(level, y)));
         }
         self.next = y + 2;
         let coarse = (COARSE * limits.contrast) as f32;
-        let mut flags = std::mem::take(&mut self.flags);
+        let (mut flags, mut hits) = (std::mem::take(&mut self.flags), std::mem::take(&mut self.hits));
         for layer in 1..=INTERVALS {
             let here = self.row(layer, y);
             let around =
                 [self.row(layer, y - 1), self.row(layer, y + 1), self.row(layer - 1, y), self.row(layer + 1, y)];
-            peaks(&mut flags, here, around, coarse);
-            let inner = BORDER..self.width - BORDER;
-            for (i, group) in flags[inner].chunks(16).enumerate() {
-                if group.iter().fold(0, |any, f| any | f) == 0 {
-                    continue;
-                }
-                for (x, _) in (BORDER + 16 * i..).zip(group).filter(|(_, flag)| **flag != 0) {
-                    if self.is_extremum(layer, x, y) {
+            let n = peaks(&mut flags, &mut hits, here, around.map(|row| &row[MARGIN..]), coarse);
+            let near = [layer, layer - 1, layer + 1].map(|d| [y - 1, y, y + 1].map(|y| &self.row(d, y)[MARGIN..]));
+            for &i in &hits[..n] {
+                // Byte x is 1 where pixel x is flagged.
+                let mut group = u128::from_le_bytes(flags[i as usize]);
+                while group != 0 {
+                    let x = GROUP * i as usize + group.trailing_zeros() as usize / 8;
+                    group &= group - 1;
+                    if (BORDER..self.width - BORDER).contains(&x) && is_extremum(&near, x) {
                         found.extend(refine(octave, layer, x, y, limits));
                     }
                 }
             }
         }
-        self.flags = flags;
+        (self.flags, self.hits) = (flags, hits);
     }
+}
 
-    /// Among all 26 neighbours; equals do not disqualify.
-    fn is_extremum(&self, layer: usize, x: usize, y: usize) -> bool {
-        let v = self.row(layer, y)[x];
-        let sign = v.signum();
-        (layer - 1..=layer + 1)
-            .all(|d| (y - 1..=y + 1).all(|y| self.row(d, y)[x - 1..=x + 1].iter().all(|n| sign * n <= sign * v)))
-    }
+/// Among all 26 neighbours; equals do not disqualify. `rows`: three of each difference, its own first.
+fn is_extremum(rows: &[[&[f32]; 3]; 3], x: usize) -> bool {
+    let v = rows[0][1][x];
+    let sign = v.signum();
+    let least = sign * v;
+    rows.as_flattened().iter().all(|row| {
+        let [a, b, c] = [row[x - 1], row[x], row[x + 1]].map(|n| sign * n);
+        (a <= least) & (b <= least) & (c <= least)
+    })
 }
 
 /// The extremum of the quadratic through the neighbours of a sample, if it passes the tests.

@@ -1,25 +1,31 @@
 //! SIFT, the scale-invariant feature transform: D. G. Lowe, Distinctive image features from
 //! scale-invariant keypoints, International Journal of Computer Vision 60(2), 2004.
 //!
-//! Octaves of Gaussian levels (`scale_space`), extrema of their differences (`extrema`), orientations
-//! and descriptors (`descriptor`). The image flows through all octaves row by row, so that memory grows
-//! with its width and not with its height.
+//! Octaves of Gaussian levels (`scale_space`; `doubling`, `raised`), extrema of their differences
+//! (`extrema`), orientations and descriptors (`descriptor`, `window`). The image flows through all
+//! octaves row by row, so that memory grows with its width and not with its height.
 //!
 //! As in the paper: 3 intervals an octave, blur 1.6 of an octave's first level, 0.5 assumed of the
 //! image, the image doubled by linear interpolation, 36 orientation bins, 4 x 4 x 8 descriptor with a
 //! Gaussian window of half its width, clipped at 0.2. As in OpenCV, which much data was made with: the
 //! contrast threshold is divided by the intervals, the orientation histogram is smoothed, and the
 //! descriptor's bytes have length 512 and OpenCV's order. Unlike OpenCV: descriptors and orientations are
-//! centred at the refined place, not the nearest pixel.
+//! centred at the refined place, not the nearest pixel, and a gradient is shared by the two orientation bins
+//! about it.
 
+mod arithmetic;
 mod descriptor;
 mod distances;
+mod doubling;
 mod extrema;
 mod kernels;
 pub mod matching;
+mod raised;
+mod rows;
 mod scale_space;
 #[cfg(test)]
 mod tests;
+mod window;
 
 use std::cmp::Ordering;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -33,7 +39,7 @@ use descriptor::Place;
 pub use descriptor::{DESCRIPTOR_SIZE, Descriptor};
 use extrema::{Extremum, Limits, Search};
 pub use matching::{SiftMatch, SiftMatchOptions, match_sift};
-use scale_space::{INTERVALS, Octave, REACH, SIGMA};
+use scale_space::{INTERVALS, Input, NEAR, Octave, REACH, SIGMA};
 
 /// Shorter image sides hold no keypoint and its surroundings.
 pub const MIN_IMAGE_SIDE: u32 = 12;
@@ -164,7 +170,7 @@ impl SiftFeatures {
 
 /// Finds and describes the keypoints of an image's luma. An image without contrast has none.
 ///
-/// Memory: about 21 kB for each column of the image (5 kB without upsampling), and 0.2 kB a feature.
+/// Memory: about 11 kB for each column of the image (6 kB without upsampling), and 0.2 kB a feature.
 ///
 /// # Errors
 /// `InvalidArgument` for options out of range and images too small or too large.
@@ -180,12 +186,7 @@ pub fn detect_sift(image: &ImageView<'_>, options: &SiftOptions) -> Result<SiftF
         return Err(Error::invalid("image", reason));
     }
     let mut detector = Detector::new([width as usize, height as usize], options);
-    let grey = Grey::of(image);
-    if options.upsample {
-        detector.doubled(&grey)
-    } else {
-        detector.plain(&grey)
-    }
+    detector.run(&Grey::of(image));
     Ok(detector.found.into_features())
 }
 
@@ -198,7 +199,7 @@ struct Detector {
 struct Stage {
     octave: Octave,
     search: Search,
-    /// Rows searched, and rows handed on to the next octave.
+    /// Rows searched, and rows of the next octave that it was handed.
     searched: usize,
     handed: usize,
     number: i32,
@@ -209,48 +210,31 @@ impl Detector {
         let (first, factor) = if options.upsample { (-1, 2) } else { (0, 1) };
         let (mut width, mut height) = (factor * width, factor * height);
         let lacking = SIGMA.powi(2) - (factor as f64 * ASSUMED_BLUR).powi(2);
-        let mut blur = Some((lacking + if options.upsample { INTERPOLATION_BLUR } else { 0.0 }).sqrt());
+        let mut input = match options.upsample {
+            true => Input::Doubled((lacking + INTERPOLATION_BLUR).sqrt()),
+            false => Input::Blurred(lacking.sqrt()),
+        };
         let mut octaves = Vec::new();
-        while width.min(height) >= MIN_IMAGE_SIDE as usize {
+        let mut large = true;
+        // After the last octave that is searched there is one for its upper levels.
+        while large {
+            large = width.min(height) >= MIN_IMAGE_SIDE as usize;
             octaves.push(Stage {
-                octave: Octave::new(width, height, blur.take()),
+                octave: Octave::new(width, height, std::mem::replace(&mut input, Input::Level)),
                 search: Search::new(width),
                 searched: 0,
                 handed: 0,
                 number: first + octaves.len() as i32,
             });
-            (width, height) = (width / 2, height / 2);
+            (width, height) = (Octave::half(width), Octave::half(height));
         }
         Self { octaves, found: Found::new(options) }
     }
 
-    fn plain(&mut self, image: &Grey<'_>) {
+    fn run(&mut self, image: &Grey<'_>) {
         for y in 0..image.height() {
-            self.push(|row| row.iter_mut().zip(image.row(y)).for_each(|(out, p)| *out = f32::from(*p)));
-        }
-    }
-
-    /// Sample 2 i of the doubled image is pixel i, sample 2 i + 1 the mean of pixels i and i + 1.
-    fn doubled(&mut self, image: &Grey<'_>) {
-        // The last row and the last column are repeated.
-        let mut sums = vec![0.0; image.width() + 1];
-        for y in 0..2 * image.height() {
-            let (a, b) = (image.row(y / 2), image.row((y.div_ceil(2)).min(image.height() - 1)));
-            for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
-                *sum = f32::from(*a) + f32::from(*b);
-            }
-            sums[image.width()] = sums[image.width() - 1];
-            self.push(|row| {
-                for ((pair, a), b) in row.as_chunks_mut::<2>().0.iter_mut().zip(&sums).zip(&sums[1..]) {
-                    *pair = [0.5 * a, 0.25 * (a + b)];
-                }
-            });
-        }
-    }
-
-    fn push(&mut self, fill: impl FnOnce(&mut [f32])) {
-        if let Some(first) = self.octaves.first_mut() {
-            first.octave.push(fill);
+            let Some(first) = self.octaves.first_mut() else { return };
+            first.octave.push(|row| row.iter_mut().zip(image.row(y)).for_each(|(out, p)| *out = f32::from(*p)));
             advance(&mut self.octaves, &mut self.found);
         }
     }
@@ -261,27 +245,28 @@ impl Detector {
 fn advance(octaves: &mut [Stage], found: &mut Found) {
     let Some((stage, rest)) = octaves.split_first_mut() else { return };
     while stage.octave.advance() {
-        stage.search(found);
-        while stage.handed < stage.octave.rows(INTERVALS) {
-            if let Some(next) = rest.first_mut()
-                && stage.handed % 2 == 0
-                && stage.handed / 2 < next.octave.height()
-            {
-                let from = stage.octave.row(INTERVALS, stage.handed);
-                next.octave.push(|row| row.iter_mut().zip(from.iter().step_by(2)).for_each(|(out, v)| *out = *v));
-                advance(rest, found);
-            }
+        while let Some(next) = rest.first_mut()
+            && stage.handed < next.octave.height()
+            && stage.octave.hand(stage.handed, &mut next.octave)
+        {
             stage.handed += 1;
+            advance(rest, found);
+        }
+        if let Some(next) = rest.first() {
+            stage.search(&next.octave, found);
         }
     }
 }
 
 impl Stage {
     /// Searches the rows whose surroundings are there.
-    fn search(&mut self, found: &mut Found) {
+    fn search(&mut self, next: &Octave, found: &mut Found) {
         let height = self.octave.height();
         let mut extrema = Vec::new();
-        while self.searched < height && self.octave.rows(INTERVALS + 2) >= (self.searched + REACH + 1).min(height) {
+        while self.searched < height
+            && self.octave.rows(INTERVALS) >= (self.searched + REACH + 1).min(height)
+            && self.octave.raise(next, (self.searched + NEAR + 1).min(height))
+        {
             self.search.extrema(&self.octave, self.searched, &found.limits, &mut extrema);
             self.searched += 1;
         }

@@ -1,25 +1,41 @@
 //! An octave of the Gaussian scale space that flows past: rows come in at the top, and every level
 //! keeps as many as its users look back on. Memory thus grows with the image's width only, and what is
 //! worked on stays in the cache.
+//!
+//! The levels beyond twice the first one's blur have nothing that half the pixels would not show. They
+//! are those of the next octave, interpolated ([`super::raised`]).
 
-use super::kernels::{LANES, Lanes, filter};
+use super::doubling::{self, Doubling};
+use super::kernels::{LANES, Lanes, filter_columns, filter_row};
+use super::raised::Raised;
+use super::rows::{Aligned, Rows};
 
 /// Scales an octave (Lowe's s), and the levels that take them: s + 3.
 pub const INTERVALS: usize = 3;
 pub const LEVELS: usize = INTERVALS + 3;
+/// Levels of the octave's own pixels: up to twice the first one's blur.
+const OWN: usize = INTERVALS + 1;
 /// Blur of an octave's first level, in its pixels.
 pub const SIGMA: f64 = 1.6;
 /// Rows that all levels have above and below the one that is worked on: the widest descriptor's radius
 /// (38), the steps of a refinement (5) and a gradient's neighbour.
 pub const REACH: usize = 46;
+/// Rows of the interpolated levels: the steps of a refinement and a neighbour.
+pub const NEAR: usize = 6;
 /// Rows that a level works out together, so that its sources are read from memory once.
-const BATCH: usize = 8;
+pub const BATCH: usize = 8;
+/// How far the row that is searched may be behind the last level of the octave's own pixels: the filters
+/// of the next octave's levels (radii 5 and 6) and its batches, the interpolation, and what is near, in
+/// pixels of which the next octave has half.
+const BEHIND: usize = 2 * (5 + 6 + 2 * BATCH + 3) + NEAR + 4;
 /// Groups of columns that are worked out together, for the same reason.
 const COLUMNS: usize = 4;
 /// Room left and right of a row that is filtered; no kernel is wider.
-const MARGIN: usize = 16;
+pub const MARGIN: usize = 16;
+/// What a row has at least beyond its end, of no meaning: windows are read in groups of pixels.
+pub const PADDING: usize = 40;
 
-/// Half of a Gaussian filter, from the centre out to 4 sigma.
+/// Half of a Gaussian filter, from the centre out to 4 sigma: with 3.5 photographs have fewer right matches.
 struct Gaussian {
     weights: Vec<f32>,
 }
@@ -37,66 +53,59 @@ impl Gaussian {
     }
 }
 
-/// The last rows of a level.
-struct Rows {
-    data: Vec<f32>,
-    stride: usize,
-    capacity: usize,
-    /// Rows that were written so far: the next one's number.
-    next: usize,
-}
-
-impl Rows {
-    fn new(stride: usize, capacity: usize) -> Self {
-        Self { data: Vec::with_capacity(stride * capacity), stride, capacity, next: 0 }
-    }
-
-    /// Row `y`, one of the last `capacity`, with its padding.
-    fn row(&self, y: usize) -> &[f32] {
-        debug_assert!(y < self.next && y + self.capacity >= self.next);
-        let start = (y % self.capacity) * self.stride;
-        &self.data[start..start + self.stride]
-    }
-
-    /// Room for the next row.
-    fn push(&mut self) -> &mut [f32] {
-        let start = (self.next % self.capacity) * self.stride;
-        if self.next < self.capacity {
-            self.data.resize(start + self.stride, 0.0);
-        }
-        self.next += 1;
-        &mut self.data[start..start + self.stride]
-    }
+/// What becomes of an octave's input.
+#[derive(Debug, Clone, Copy)]
+pub enum Input {
+    /// It is the first level.
+    Level,
+    /// It is blurred, by so many pixels of the octave.
+    Blurred(f64),
+    /// It is doubled by linear interpolation, and then blurred.
+    Doubled(f64),
 }
 
 pub struct Octave {
     width: usize,
     height: usize,
-    /// The input where it is blurred first, and the levels.
+    /// The input where it is blurred first, and the levels of the octave's own pixels.
     rows: Vec<Rows>,
     /// From each of `rows` to the next.
     filters: Vec<Gaussian>,
+    /// Instead of the first of them.
+    doubling: Option<Doubling>,
+    /// The levels above.
+    raised: [Raised; LEVELS - OWN],
     /// Rows filtered along their columns, with margins.
-    lines: Vec<f32>,
+    lines: Aligned,
 }
 
 impl Octave {
-    /// `first_blur`: what the input lacks to [`SIGMA`], if anything.
-    pub fn new(width: usize, height: usize, first_blur: Option<f64>) -> Self {
+    pub fn new(width: usize, height: usize, input: Input) -> Self {
+        let (first_blur, doubled) = match input {
+            Input::Level => (None, false),
+            Input::Blurred(sigma) => (Some(sigma), false),
+            Input::Doubled(sigma) => (Some(sigma), true),
+        };
         let step = |level: usize| SIGMA * (level as f64 / INTERVALS as f64).exp2();
-        let between = (1..LEVELS).map(|l| (step(l).powi(2) - step(l - 1).powi(2)).sqrt());
+        let between = (1..OWN).map(|l| (step(l).powi(2) - step(l - 1).powi(2)).sqrt());
         let filters: Vec<Gaussian> = first_blur.into_iter().chain(between).map(Gaussian::new).collect();
-        let stride = width.next_multiple_of(LANES);
-        let inputs = filters.len() + 1 - LEVELS;
+        let filled = width.next_multiple_of(LANES);
+        let stride = (width + PADDING).next_multiple_of(LANES);
+        let inputs = filters.len() + 1 - OWN;
         let rows = (0..=filters.len()).map(|i| {
             // How far the last level is behind this one.
             let lag: usize = filters[i..].iter().map(|f| f.radius() + BATCH).sum();
-            let capacity =
-                if i < inputs { 2 * filters[i].radius() + 1 + 2 * BATCH } else { lag + 2 * REACH + 2 * BATCH + 2 };
+            let capacity = if i < inputs {
+                2 * filters[i].radius() + 1 + 2 * BATCH
+            } else {
+                lag + BEHIND.max(REACH) + REACH + 2 * BATCH + 2
+            };
             Rows::new(stride, capacity.min(height))
         });
         let rows = rows.collect();
-        Self { width, height, rows, filters, lines: vec![0.0; BATCH * (stride + 2 * MARGIN)] }
+        let doubling = filters.first().filter(|_| doubled).map(|blur| Doubling::new(&blur.weights));
+        let raised = [0; LEVELS - OWN].map(|_| Raised::new(width, height));
+        Self { width, height, rows, filters, doubling, raised, lines: Aligned::new(BATCH * (filled + 2 * MARGIN)) }
     }
 
     pub fn width(&self) -> usize {
@@ -108,18 +117,60 @@ impl Octave {
     }
 
     /// Row `y` of a level.
+    #[inline(always)]
     pub fn row(&self, level: usize, y: usize) -> &[f32] {
-        &self.rows[self.rows.len() - LEVELS + level].row(y)[..self.width]
+        let row = if level < OWN { self.padded_row(level, y) } else { self.raised[level - OWN].row(y) };
+        &row[..self.width]
     }
 
-    /// How many rows a level has had so far.
+    /// Row `y` of a level of the octave's own pixels with at least [`PADDING`] numbers behind it.
+    #[inline]
+    pub fn padded_row(&self, level: usize, y: usize) -> &[f32] {
+        self.rows[self.rows.len() - OWN + level].row(y)
+    }
+
+    /// How many rows a level of the octave's own pixels has had so far.
     pub fn rows(&self, level: usize) -> usize {
-        self.rows[self.rows.len() - LEVELS + level].next
+        self.rows[self.rows.len() - OWN + level].count()
+    }
+
+    /// Width or height of the next octave: every second pixel of this one, and one on the border or beyond.
+    pub fn half(size: usize) -> usize {
+        size / 2 + 1
+    }
+
+    /// Every second pixel of row 2 `y` of the level with twice the first one's blur, for the next octave:
+    /// false if it is not there yet. Beyond the border the last pixel is repeated.
+    pub fn hand(&self, y: usize, next: &mut Octave) -> bool {
+        let y = (2 * y).min(self.height - 1);
+        if y >= self.rows(INTERVALS) {
+            return false;
+        }
+        let from = self.row(INTERVALS, y);
+        next.push(|row| {
+            row.iter_mut().zip(from.iter().step_by(2)).for_each(|(out, v)| *out = *v);
+            if let ([.., out], [.., last]) = (row, from) {
+                *out = *last;
+            }
+        });
+        true
+    }
+
+    /// Works out the interpolated levels up to and without row `end`; whether the next octave had what
+    /// that takes.
+    pub fn raise(&mut self, next: &Octave, end: usize) -> bool {
+        if next.rows(LEVELS - OWN) < Raised::needed(end).min(next.height) {
+            return false;
+        }
+        for (i, raised) in self.raised.iter_mut().enumerate() {
+            raised.advance(next, i + 1, end);
+        }
+        true
     }
 
     /// Takes the next row, which `fill` writes.
     pub fn push(&mut self, fill: impl FnOnce(&mut [f32])) {
-        let width = self.width;
+        let width = if self.doubling.is_some() { self.width / 2 } else { self.width };
         fill(&mut self.rows[0].push()[..width]);
     }
 
@@ -130,12 +181,20 @@ impl Octave {
         for (i, gaussian) in self.filters.iter().enumerate() {
             let (before, after) = self.rows.split_at_mut(i + 1);
             let (source, target) = (&before[i], &mut after[0]);
+            let doubling = self.doubling.as_ref().filter(|_| i == 0);
             // Beyond the last row it is repeated.
-            let ready =
-                if source.next == self.height { self.height } else { source.next.saturating_sub(gaussian.radius()) };
-            if ready >= target.next + BATCH || (ready == self.height && ready > target.next) {
-                let ys = target.next..ready.min(target.next + BATCH);
-                blur(source, target, gaussian, ys, self.width, self.height, &mut self.lines);
+            let ready = match doubling {
+                _ if source.count() == if doubling.is_some() { self.height / 2 } else { self.height } => self.height,
+                Some(_) => 2 * source.count().saturating_sub(doubling::RADIUS),
+                None => source.count().saturating_sub(gaussian.radius()),
+            };
+            if ready >= target.count() + BATCH || (ready == self.height && ready > target.count()) {
+                let ys = target.count()..ready.min(target.count() + BATCH);
+                let (size, lines) = ([self.width, self.height], self.lines.all_mut());
+                match doubling {
+                    Some(doubling) => doubling::blur(source, target, doubling, ys, size, lines),
+                    None => blur(source, target, gaussian, ys, size, lines),
+                }
                 any = true;
             }
         }
@@ -143,46 +202,41 @@ impl Octave {
     }
 }
 
-/// Rows `ys` of the source, blurred.
+/// Rows `ys` of the source, blurred: a few columns at a time along them, and what has its neighbours
+/// then across, so that what is between the two stays in the nearest cache.
 fn blur(
     source: &Rows,
     target: &mut Rows,
     gaussian: &Gaussian,
     ys: std::ops::Range<usize>,
-    width: usize,
-    height: usize,
+    [width, height]: [usize; 2],
     lines: &mut [f32],
 ) {
-    let (stride, radius) = (source.stride, gaussian.radius());
-    let long = stride + 2 * MARGIN;
-    let none: [&[Lanes]; 2] = [&[], &[]];
-    let mut pairs = [none; MARGIN];
+    let (groups, radius) = (width.div_ceil(LANES), gaussian.radius());
+    let long = groups * LANES + 2 * MARGIN;
     // Row y + i - radius, where the image ends the last one.
     let mut rows: [&[Lanes]; BATCH + 2 * MARGIN] = [&[]; BATCH + 2 * MARGIN];
-    for (i, row) in rows[..ys.len() + 2 * radius].iter_mut().enumerate() {
-        *row = lanes(source.row((ys.start + i).saturating_sub(radius).min(height - 1)));
+    let rows = &mut rows[..ys.len() + 2 * radius];
+    for (i, row) in rows.iter_mut().enumerate() {
+        *row = source.row((ys.start + i).saturating_sub(radius).min(height - 1)).as_chunks().0;
     }
-    for x in (0..stride / LANES).step_by(COLUMNS) {
-        let columns = x..(stride / LANES).min(x + COLUMNS);
-        for (i, line) in (radius..radius + ys.len()).zip(lines.chunks_exact_mut(long)) {
-            for (j, pair) in (1..=radius).zip(&mut pairs) {
-                *pair = [&rows[i - j][columns.clone()], &rows[i + j][columns.clone()]];
+    target.extend(ys.len());
+    for x in (0..groups).step_by(COLUMNS) {
+        let columns = x..groups.min(x + COLUMNS);
+        // The last group of columns lacks its neighbours on the right.
+        let across = x.saturating_sub(1)..if columns.end == groups { groups } else { columns.end - 1 };
+        filter_columns(lines, long, MARGIN, columns.clone(), rows, &gaussian.weights);
+        for (y, line) in ys.clone().zip(lines.chunks_exact_mut(long)) {
+            if x == 0 {
+                let first = line[MARGIN];
+                line[..MARGIN].fill(first);
             }
-            let out = &mut line[MARGIN..].as_chunks_mut().0[columns.clone()];
-            filter(out, &rows[i][columns.clone()], &pairs[..radius], &gaussian.weights);
+            if columns.end == groups {
+                let last = line[MARGIN + width - 1];
+                line[MARGIN + width..].fill(last);
+            }
+            let out = &mut target.row_mut(y).as_chunks_mut().0[across.clone()];
+            filter_row(out, &line[MARGIN - radius + LANES * across.start..], &gaussian.weights);
         }
     }
-    for (_, line) in ys.zip(lines.chunks_exact_mut(long)) {
-        let (first, last) = (line[MARGIN], line[MARGIN + width - 1]);
-        line[..MARGIN].fill(first);
-        line[MARGIN + width..].fill(last);
-        for (j, pair) in (1..=radius).zip(&mut pairs) {
-            *pair = [lanes(&line[MARGIN - j..][..stride]), lanes(&line[MARGIN + j..][..stride])];
-        }
-        filter(target.push().as_chunks_mut().0, lanes(&line[MARGIN..][..stride]), &pairs[..radius], &gaussian.weights);
-    }
-}
-
-fn lanes(row: &[f32]) -> &[Lanes] {
-    row.as_chunks().0
 }
