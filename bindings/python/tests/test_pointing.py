@@ -14,6 +14,7 @@ class PointingInTheSimulator(TestCase):
     @classmethod
     def setUpClass(cls):
         cls.rig = ptzcal.Rig.open("sim:room?seed=3")
+        cls.addClassCleanup(cls.rig.close)
         region = ptzcal.Region(-25 * DEGREE, 20 * DEGREE, -18 * DEGREE, 15 * DEGREE, 12, 9)
         cls.cameras = ["sim:fixed/0"]
         cls.scan = cls.rig.scan_region(region, cls.cameras)
