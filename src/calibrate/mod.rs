@@ -16,6 +16,7 @@ mod lens_fit;
 pub mod line;
 pub(crate) mod line_measurement;
 pub(crate) mod measurement;
+mod products;
 pub mod radial_alignment;
 mod record;
 mod refine;
