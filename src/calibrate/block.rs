@@ -42,6 +42,16 @@ pub(crate) struct Block {
 impl Points {
     pub const NONE: Self = Self { point: [[0.0; LANES]; 4], pixel: [[0.0; LANES]; 2], whitening: [[0.0; LANES]; 3] };
 
+    /// One point in all lanes, where it weighs nothing.
+    pub fn all_at(point: &Vector4<f64>, pixel: &Vector2<f64>) -> Self {
+        let lanes = |x: f64| [x; LANES];
+        Self {
+            point: [point.x, point.y, point.z, point.w].map(lanes),
+            pixel: [pixel.x, pixel.y].map(lanes),
+            whitening: [[0.0; LANES]; 3],
+        }
+    }
+
     /// `whitening`: lower triangular.
     pub fn set(&mut self, lane: usize, point: &Vector4<f64>, pixel: &Vector2<f64>, whitening: &Matrix2<f64>) {
         for (to, value) in self.point.iter_mut().zip(point.iter()) {
@@ -61,6 +71,10 @@ impl Points {
             self.whitening.iter_mut().for_each(|w| w[lane] = 0.0);
             self.point.iter_mut().chain(&mut self.pixel).for_each(|x| x[lane] = x[0]);
         }
+    }
+
+    pub fn scale_whitening(&mut self, by: f64) {
+        self.whitening.iter_mut().flatten().for_each(|w| *w *= by);
     }
 
     /// Moves the point of a lane.

@@ -146,8 +146,6 @@ macro_rules! vectors {
     };
 }
 #[cfg(target_arch = "x86_64")]
-vectors!(
-    avx512, "avx512f", 8, _mm512_setzero_pd, _mm512_loadu_pd, _mm512_mul_pd, _mm512_add_pd, _mm512_storeu_pd
-);
+vectors!(avx512, "avx512f", 8, _mm512_setzero_pd, _mm512_loadu_pd, _mm512_mul_pd, _mm512_add_pd, _mm512_storeu_pd);
 #[cfg(target_arch = "x86_64")]
 vectors!(avx2, "avx2", 4, _mm256_setzero_pd, _mm256_loadu_pd, _mm256_mul_pd, _mm256_add_pd, _mm256_storeu_pd);
