@@ -162,6 +162,10 @@ struct PriorSum {
     cost: f64,
 }
 
+impl PriorSum {
+    const NONE: Self = Self { h: [[0.0; GLOBALS]; GLOBALS], g: [0.0; GLOBALS], cost: 0.0 };
+}
+
 /// An adjustment that can be gone on with.
 pub(crate) struct Adjusted {
     pub state: State,
@@ -192,7 +196,11 @@ impl Problem<'_> {
     pub fn go_on(&self, a: &mut Adjusted, stop: &Stop<'_>) -> Result<()> {
         let left = a.left;
         let mut system = match a.system.take().filter(|_| left < stop.step) {
-            Some(system) => system,
+            Some(mut system) => {
+                // Those that scale with the focal length may be others now.
+                system.priors = self.priors_at(&a.state);
+                system
+            }
             None => {
                 (a.before, a.slack) = (a.slack, 0.0);
                 let mut system = System::new(self.views.len());
@@ -267,20 +275,25 @@ impl Problem<'_> {
             system.data_cost += sum.cost;
             system.chi2 += sum.chi2;
         }
+        system.priors = self.priors_at(state);
+        system.cost().is_finite().then_some(())
+    }
+
+    fn priors_at(&self, state: &State) -> PriorSum {
         let now = state.globals();
-        let sums = &mut system.priors;
+        let mut sum = PriorSum::NONE;
         for prior in self.priors {
             let residual = prior.value - prior.row.iter().zip(&now).map(|(a, b)| a * b).sum::<f64>();
-            sums.cost += residual * residual;
+            sum.cost += residual * residual;
             for (a, u) in self.unknowns.iter().enumerate() {
                 let by_a = u.derivative(&prior.row);
-                sums.g[a] += by_a * residual;
+                sum.g[a] += by_a * residual;
                 for (b, w) in self.unknowns.iter().enumerate().skip(a) {
-                    sums.h[a][b] += by_a * w.derivative(&prior.row);
+                    sum.h[a][b] += by_a * w.derivative(&prior.row);
                 }
             }
         }
-        system.cost().is_finite().then_some(())
+        sum
     }
 
     fn step(&self, system: &System, state: &State, damping: f64) -> Option<Step> {
@@ -342,13 +355,12 @@ struct Step {
 impl System {
     fn new(views: usize) -> Self {
         let block = PoseBlock { h: Matrix6::zeros(), g: SVector::zeros(), coupling: Coupling::zeros() };
-        let (h, g) = ([[0.0; GLOBALS]; GLOBALS], [0.0; GLOBALS]);
-        Self { h, g, blocks: vec![block; views], data_cost: 0.0, chi2: 0.0, priors: PriorSum { h, g, cost: 0.0 } }
+        let PriorSum { h, g, .. } = PriorSum::NONE;
+        Self { h, g, blocks: vec![block; views], data_cost: 0.0, chi2: 0.0, priors: PriorSum::NONE }
     }
 
     fn clear(&mut self) {
-        let (h, g) = ([[0.0; GLOBALS]; GLOBALS], [0.0; GLOBALS]);
-        (self.h, self.g, self.priors) = (h, g, PriorSum { h, g, cost: 0.0 });
+        PriorSum { h: self.h, g: self.g, .. } = PriorSum::NONE;
         (self.data_cost, self.chi2) = (0.0, 0.0);
     }
 
