@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 const MAX_SAMPLES: usize = 1000;
 const MIN_SAMPLES: usize = 60;
 /// Starts are fitted to, and candidates scored on, at most this many points.
-const SCORED_POINTS: usize = 400;
+pub(crate) const ENOUGH: usize = 400;
 /// Part of the samples without an outlier that lead to the answer.
 const USEFUL_POINTS: f64 = 0.67;
 /// Lines come in few directions, and several times along one edge: most minimal samples of them are
@@ -72,7 +72,7 @@ pub(crate) fn search<M: Model>(
 ) -> Result<Option<Consensus<M>>> {
     let n = measurements.len();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let scored = some(measurements, SCORED_POINTS, &mut rng);
+    let scored = some(measurements, ENOUGH, &mut rng);
     let mut distances = Vec::with_capacity(scored.len());
     let mut best: Option<(f64, M)> = None;
     let mut needed = MAX_SAMPLES;
@@ -119,7 +119,7 @@ pub(crate) fn search<M: Model>(
 
 /// As many of the measurements, taken at random, as a start needs.
 pub(crate) fn few<'a>(measurements: &[&'a Measurement], seed: u64) -> Vec<&'a Measurement> {
-    some(measurements, SCORED_POINTS, &mut ChaCha8Rng::seed_from_u64(seed))
+    some(measurements, ENOUGH, &mut ChaCha8Rng::seed_from_u64(seed))
 }
 
 /// As many as that, taken at random.

@@ -112,22 +112,19 @@ impl<'a> Equations<'a> {
         if deep { self.points.iter().map(|m| m.rho).collect() } else { Vec::new() }
     }
 
-    /// Another factor of the assumed noises, in the equations and in what was made of them. False where
-    /// they must be made anew.
-    pub fn set_noise(&mut self, factor: f64, system: Option<&mut System>) -> bool {
+    /// Another factor of the assumed noises. By what the equations' whitenings, and with its square all that was
+    /// made of them, changes; `None` where they must be made anew.
+    pub fn set_noise(&mut self, factor: f64) -> Option<f64> {
         match self.noise {
-            Noise::Stated => {}
+            Noise::Stated => Some(1.0),
             Noise::Common => {
                 let ratio = self.factor / factor;
                 self.blocks.iter_mut().for_each(|block| block.scale_whitening(ratio));
-                if let Some(system) = system {
-                    system.scale(ratio * ratio);
-                }
                 self.factor = factor;
+                Some(ratio)
             }
-            Noise::Mixed => return false,
+            Noise::Mixed => None,
         }
-        true
     }
 
     /// At an estimate; `None` when something cannot be projected.
@@ -271,7 +268,8 @@ impl System {
         Some(())
     }
 
-    fn scale(&mut self, by: f64) {
+    /// By the square of what all whitenings change by.
+    pub fn scale(&mut self, by: f64) {
         self.h.iter_mut().flatten().chain(&mut self.g).for_each(|x| *x *= by);
         self.chi2 *= by;
     }

@@ -105,9 +105,18 @@ impl<'a> Refinement<'a> {
     /// As [`new`](Self::new).
     pub fn set_noise(&mut self, noise_factor: f64) -> Result<()> {
         self.focal = self.camera.intrinsics.fx;
-        if !self.equations.set_noise(noise_factor, self.system.as_mut()) {
-            self.equations = Equations::new(&self.measurements, &self.camera, noise_factor)?;
-            self.system = None;
+        match self.equations.set_noise(noise_factor) {
+            Some(ratio) => {
+                let squared = ratio * ratio;
+                if let Some(system) = &mut self.system {
+                    system.scale(squared);
+                }
+                [&mut self.left, &mut self.slack, &mut self.before].into_iter().for_each(|size| *size *= squared);
+            }
+            None => {
+                self.equations = Equations::new(&self.measurements, &self.camera, noise_factor)?;
+                self.system = None;
+            }
         }
         Ok(())
     }

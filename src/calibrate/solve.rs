@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, Vector2};
 
 use super::check;
-use super::consensus::CHI2_MEDIAN;
+use super::consensus::{CHI2_MEDIAN, ENOUGH};
 use super::freedom::{ALL, Freedom};
 use super::measurement::Measurement;
 use super::refine::{CONVERGED, PROVISIONAL, Refined, Refinement};
@@ -230,7 +230,9 @@ impl<'a> Fitter<'a> {
             }
         }
         done = done || attempt(search.projection(self.all))?;
-        done = done || attempt(Search { robust: false, whole: true, ..*search }.projection(self.all))?;
+        if self.all.len() > ENOUGH {
+            done = done || attempt(Search { robust: false, whole: true, ..*search }.projection(self.all))?;
+        }
         if !done {
             for guess in search.guesses(self.all) {
                 attempt(Ok(guess))?;

@@ -450,6 +450,8 @@ impl Adjusted {
         if let Some(system) = &mut self.system {
             system.scale(by);
         }
+        // Lengths are in units of the noise.
+        [&mut self.left, &mut self.slack, &mut self.before].into_iter().for_each(|size| *size *= by * by);
     }
 
     /// Whitened squares of the residuals, priors not counted.
