@@ -121,9 +121,11 @@ macro_rules! vectors {
                     let mut added = [[$zero(); WIDE]; DOWN];
                     for row in rows {
                         let (left, right) = (&row[a..a + DOWN], &row[b..b + WIDE]);
-                        for l in (part..LANES).step_by(PARTS) {
-                            // SAFETY: LANES is a multiple of PARTS, and that of the vector's lanes.
-                            let load = |column: &Lanes| unsafe { $load(column.as_ptr().add(l)) };
+                        for l in 0..LANES / PARTS {
+                            // SAFETY: LANES is a multiple of PARTS, and that of the vector's lanes. (Wrapping, since
+                            // checked additions are half of the work where they are checked.)
+                            let load =
+                                |column: &Lanes| unsafe { $load(column.as_ptr().wrapping_add(l * PARTS + part)) };
                             let x: [_; DOWN] = [load(&left[0]), load(&left[1])];
                             for k in 0..WIDE {
                                 let y = load(&right[k]);
@@ -133,11 +135,12 @@ macro_rules! vectors {
                             }
                         }
                     }
-                    for i in 0..DOWN {
-                        for k in 0..WIDE {
-                            let to = sums[(a + i) * width + b + k][part..].as_mut_ptr();
+                    for (i, added) in added.iter().enumerate() {
+                        let to = &mut sums[(a + i) * width + b..][..WIDE];
+                        for (to, added) in to.iter_mut().zip(added) {
+                            let to = to.as_mut_ptr().wrapping_add(part);
                             // SAFETY: a vector's lanes are left from `part` on.
-                            unsafe { $store(to, $add($load(to), added[i][k])) };
+                            unsafe { $store(to, $add($load(to), *added)) };
                         }
                     }
                 }

@@ -13,7 +13,7 @@ use crate::error::{Degeneracy, Error, Result};
 use crate::geometry::Rigid;
 use crate::geometry::linalg::invert_spd;
 
-/// Part of an unknown's information that must be left when the poses are eliminated.
+/// Part of an unknown's information that must be left when poses and other unknowns are eliminated.
 const TAKEN_UP: f64 = 1e-9;
 /// Damping of a first step from afar, which is the least after one that failed, and from near by.
 pub(super) const CAUTIOUS: f64 = 1e-4;
@@ -487,12 +487,14 @@ impl Adjusted {
             }
             parts.push((Matrix6::from_column_slice(inverse.as_slice()), gain));
         }
-        // The rest would be rounding, which looks like a small but sound number when data are exact.
-        if (0..n).any(|i| h[(i, i)] <= TAKEN_UP * (system.h[i][i] + system.priors.h[i][i])) {
-            return Err(singular());
-        }
         let (shared, condition) =
             if n > 0 { invert_spd(&h).ok_or_else(singular)? } else { (DMatrix::zeros(0, 0), pose_condition) };
+        // The rest would be rounding, which looks like a small but sound number when data are exact: what the poses
+        // leave of an unknown's information, and what the other unknowns leave of it.
+        let own = |i: usize| TAKEN_UP * (system.h[i][i] + system.priors.h[i][i]);
+        if (0..n).any(|i| h[(i, i)] <= own(i) || shared[(i, i)] * own(i) >= 1.0) {
+            return Err(singular());
+        }
         let spread = DMatrix::from_fn(GLOBALS, n, |i, j| f64::from(unknowns[j].moves(i)));
         let poses = parts
             .iter()
