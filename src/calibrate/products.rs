@@ -93,9 +93,10 @@ fn portable(sums: &mut [Sum], rows: [&[Lanes]; 2]) {
 /// The same for vectors of `$lanes` numbers.
 #[cfg(target_arch = "x86_64")]
 macro_rules! vectors {
-    ($module:ident, $feature:literal, $lanes:literal, $zero:ident, $load:ident, $multiply:ident, $add:ident, $store:ident) => {
+    ($module:ident, $feature:literal, $lanes:literal, $vector:ident, $zero:ident, $multiply:ident, $add:ident) => {
         mod $module {
-            use std::arch::x86_64::{$add, $load, $multiply, $store, $zero};
+            use std::arch::x86_64::{$add, $multiply, $vector, $zero};
+            use std::mem::transmute;
 
             use super::{ACROSS, DOWN, LANES, Lanes, PARTS, Sum};
 
@@ -117,15 +118,14 @@ macro_rules! vectors {
             #[target_feature(enable = $feature)]
             fn tile<const WIDE: usize>(sums: &mut [Sum], rows: [&[Lanes]; 2], a: usize, b: usize) {
                 let width = rows[0].len();
-                for part in (0..PARTS).step_by($lanes) {
+                // Vectors that a sum is made of.
+                const VECTORS: usize = PARTS / $lanes;
+                for part in 0..VECTORS {
                     let mut added = [[$zero(); WIDE]; DOWN];
                     for row in rows {
                         let (left, right) = (&row[a..a + DOWN], &row[b..b + WIDE]);
                         for l in 0..LANES / PARTS {
-                            // SAFETY: LANES is a multiple of PARTS, and that of the vector's lanes. (Wrapping, since
-                            // checked additions are half of the work where they are checked.)
-                            let load =
-                                |column: &Lanes| unsafe { $load(column.as_ptr().wrapping_add(l * PARTS + part)) };
+                            let load = |column: &Lanes| vector(&column.as_chunks().0[l * VECTORS + part]);
                             let x: [_; DOWN] = [load(&left[0]), load(&left[1])];
                             for k in 0..WIDE {
                                 let y = load(&right[k]);
@@ -136,19 +136,27 @@ macro_rules! vectors {
                         }
                     }
                     for (i, added) in added.iter().enumerate() {
-                        let to = &mut sums[(a + i) * width + b..][..WIDE];
-                        for (to, added) in to.iter_mut().zip(added) {
-                            let to = to.as_mut_ptr().wrapping_add(part);
-                            // SAFETY: a vector's lanes are left from `part` on.
-                            unsafe { $store(to, $add($load(to), *added)) };
+                        for (sum, added) in sums[(a + i) * width + b..][..WIDE].iter_mut().zip(added) {
+                            let sum = &mut sum.as_chunks_mut().0[part];
+                            // SAFETY: as in `vector`.
+                            *sum = unsafe { transmute::<$vector, [f64; $lanes]>($add(vector(sum), *added)) };
                         }
                     }
                 }
+            }
+
+            /// A load; the intrinsic for it checks its pointer at length where debug assertions are on, as in the
+            /// tests that count instructions.
+            #[inline]
+            #[target_feature(enable = $feature)]
+            fn vector(numbers: &[f64; $lanes]) -> $vector {
+                // SAFETY: both are so many numbers in order, whatever their values.
+                unsafe { transmute::<[f64; $lanes], $vector>(*numbers) }
             }
         }
     };
 }
 #[cfg(target_arch = "x86_64")]
-vectors!(avx512, "avx512f", 8, _mm512_setzero_pd, _mm512_loadu_pd, _mm512_mul_pd, _mm512_add_pd, _mm512_storeu_pd);
+vectors!(avx512, "avx512f", 8, __m512d, _mm512_setzero_pd, _mm512_mul_pd, _mm512_add_pd);
 #[cfg(target_arch = "x86_64")]
-vectors!(avx2, "avx2", 4, _mm256_setzero_pd, _mm256_loadu_pd, _mm256_mul_pd, _mm256_add_pd, _mm256_storeu_pd);
+vectors!(avx2, "avx2", 4, __m256d, _mm256_setzero_pd, _mm256_mul_pd, _mm256_add_pd);
