@@ -13,29 +13,33 @@
 use std::process::ExitCode;
 
 use ptzcal::control::{Cancel, Log};
-use ptzcal::device::{Address, Credentials, FrameSource, Laser, PanTiltZoom, Surroundings, open_frames, open_ptz};
+use ptzcal::device::{
+    Address, Credentials, FrameSource, LaserLimits, PanTiltZoom, Surroundings, open_frames, open_ptz,
+};
 use ptzcal::geometry::Camera;
 use ptzcal::probe::{ProbeOptions, ProbeParts, ProbeReport, probe};
+use ptzcal::rig::LaserControl;
 use ptzcal::sim::{SimOptions, Simulator};
 
 /// What an address led to.
 struct Devices {
     head: Box<dyn PanTiltZoom>,
     frames: Option<Box<dyn FrameSource>>,
-    laser: Option<Box<dyn Laser>>,
+    laser: Option<LaserControl>,
     camera: Option<Camera>,
     surroundings: Surroundings,
 }
 
 fn simulated(address: &str) -> ptzcal::Result<Devices> {
     let simulator = Simulator::new(SimOptions::parse(address)?)?;
+    let (laser, clock) = (Box::new(simulator.laser()), simulator.clock());
     Ok(Devices {
         head: Box::new(simulator.ptz()),
         frames: Some(Box::new(simulator.head_frames())),
-        laser: Some(Box::new(simulator.laser())),
+        laser: Some(LaserControl::new(laser, clock.clone(), Log::silent(), &LaserLimits::default())?),
         // Its nominal model, as a calibration would have found it.
         camera: Some(simulator.nominal_rig().head_camera(0.0, 0.0)),
-        surroundings: Surroundings { clock: simulator.clock(), ..Surroundings::default() },
+        surroundings: Surroundings { clock, ..Surroundings::default() },
     })
 }
 
@@ -73,7 +77,7 @@ fn run(arguments: &[String]) -> ptzcal::Result<ProbeReport> {
     let parts = ProbeParts {
         head: &mut *devices.head,
         frames: devices.frames.as_mut().map(|f| &mut **f as &mut dyn FrameSource),
-        laser: devices.laser.as_mut().map(|l| &mut **l as &mut dyn Laser),
+        laser: devices.laser.as_ref(),
         camera: devices.camera,
         clock: &*devices.surroundings.clock,
         log: &Log::silent(),

@@ -64,8 +64,12 @@ def nv12(bgr):
     height, width = bgr.shape[:2]
     b, g, r = np.moveaxis(bgr.astype(float), 2, 0)
     luma = 0.299 * r + 0.587 * g + 0.114 * b
-    half = [128 + k * (c - luma).reshape(height // 2, 2, width // 2, 2).mean(axis=(1, 3)) for k, c in ((0.564, b), (0.713, r))]
-    chroma = np.stack(half, axis=2).reshape(height // 2, width)
+
+    def halved(plane):
+        return plane.reshape(height // 2, 2, width // 2, 2).mean(axis=(1, 3))
+
+    u, v = 128 + 0.564 * halved(b - luma), 128 + 0.713 * halved(r - luma)
+    chroma = np.stack([u, v], axis=2).reshape(height // 2, width)
     return np.clip(np.rint(np.concatenate([luma, chroma])), 0, 255).astype(np.uint8)
 
 

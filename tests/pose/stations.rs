@@ -283,7 +283,7 @@ fn two_depth_images_are_registered_by_their_planes() {
 }
 
 /// Two laser scans of a real room, against ICP of all points: 1 degree, 5 cm, without the odometry. The seed
-/// decides which planes are found; a pose that they do not decide is refused.
+/// decides which planes are found: of each the pose is found, and right.
 #[test]
 fn two_scans_of_a_real_room_are_registered_by_their_planes() {
     let Some(folder) = data::folder("cloud_pcl_room_scans") else { return };
@@ -293,30 +293,23 @@ fn two_scans_of_a_real_room_are_registered_by_their_planes() {
     // What is nearer than 0.5 m is the robot; the scanner is good to a centimetre.
     let scans = ["room_scan1.pcd", "room_scan2.pcd"].map(|name| pcd::read(&folder.join(name)));
     assert!(scans.iter().all(|points| points.len() > 112_000));
-    let (mut angles, mut refused) = (Vec::new(), 0);
+    let mut angles = Vec::new();
     for seed in 1..=20 {
         let options = FindPlanesOptions { flatness: 0.01, range: [0.5, f64::INFINITY], seed, ..Default::default() };
         let [a, b] = scans.each_ref().map(|points| find_planes_in_points(points, None, &options).unwrap());
-        match register_stations(&a, &b, &StationOptions::default()) {
-            Ok(found) => {
-                let e = error(&found, &truth);
-                let (angle, off) = (e.fixed_rows::<3>(0).norm().to_degrees(), e.fixed_rows::<3>(3).norm());
-                let sigma = found.covariance.fixed_view::<3, 3>(0, 0).trace().sqrt().to_degrees();
-                println!(
-                    "seed {seed}: {angle:.2} degrees (stated {sigma:.2}), {:.1} mm, {} planes",
-                    off * 1e3,
-                    found.matches.len()
-                );
-                assert!(angle < 1.0 && off < 0.05);
-                angles.push(angle);
-            }
-            Err(e) => {
-                println!("seed {seed}: {e}");
-                refused += 1;
-            }
-        }
+        let found = register_stations(&a, &b, &StationOptions::default()).unwrap();
+        let e = error(&found, &truth);
+        let (angle, off) = (e.fixed_rows::<3>(0).norm().to_degrees(), e.fixed_rows::<3>(3).norm());
+        let sigma = found.covariance.fixed_view::<3, 3>(0, 0).trace().sqrt().to_degrees();
+        println!(
+            "seed {seed}: {angle:.2} degrees (stated {sigma:.2}), {:.1} mm, {} planes",
+            off * 1e3,
+            found.matches.len()
+        );
+        assert!(angle < 1.0 && off < 0.05);
+        angles.push(angle);
     }
     angles.sort_by(f64::total_cmp);
-    println!("median {:.2} degrees, {refused} refused", angles[angles.len() / 2]);
-    assert!(refused == 0 && angles[angles.len() / 2] < 0.5);
+    println!("median {:.2} degrees", angles[angles.len() / 2]);
+    assert!(angles[angles.len() / 2] < 0.5);
 }

@@ -25,20 +25,25 @@ def blobs(angle=0.0, width=240, height=200, seed=1):
 
 class Sift(TestCase):
     def test_turned_images_match(self):
-        (first, _, middle), (second, turn, _) = blobs(), blobs(0.5)
-        a, b = ptzcal.detect_sift(first), ptzcal.detect_sift(second)
-        self.assertGreater(len(a), 50)
-        self.assertEqual(a.descriptors.shape, (len(a), 128))
-        matches = ptzcal.match_sift(a, b)
-        self.assertGreater(len(matches), 25)
-        error = (a.xy[matches.a] - middle) @ turn.T + middle - b.xy[matches.b]
-        right = np.hypot(*error.T) < 1.5
-        self.assertGreater(right.mean(), 0.9)
-        turned = (b.angle[matches.b] - a.angle[matches.a] - 0.5 + np.pi) % (2 * np.pi) - np.pi
+        # Ten scenes together, for one alone is right by 0.88 to 1. OpenCV's SIFT is by 0.90, with two thirds as many.
+        matched, right, turned = 0, 0, []
+        for seed in range(1, 11):
+            (first, _, middle), (second, turn, _) = blobs(seed=seed), blobs(0.5, seed=seed)
+            a, b = ptzcal.detect_sift(first), ptzcal.detect_sift(second)
+            self.assertGreater(len(a), 50)
+            self.assertEqual(a.descriptors.shape, (len(a), 128))
+            self.assertTrue((np.diff(a.response) <= 0).all() and (a.sigma > 0).all())
+            matches = ptzcal.match_sift(a, b)
+            self.assertTrue((matches.ratio <= 0.8).all())
+            error = (a.xy[matches.a] - middle) @ turn.T + middle - b.xy[matches.b]
+            close = np.hypot(*error.T) < 1.5
+            matched, right = matched + len(matches), right + close.sum()
+            angle = (b.angle[matches.b] - a.angle[matches.a] - 0.5 + np.pi) % (2 * np.pi) - np.pi
+            turned.extend(abs(angle[close]))
+        self.assertGreater(right, 500)
+        self.assertGreater(right / matched, 0.93)
         # Round blobs have directions by their surroundings only; a bin is 0.17 wide.
-        self.assertLess(np.median(abs(turned[right])), 0.1)
-        self.assertTrue((np.diff(a.response) <= 0).all())
-        self.assertTrue((matches.ratio <= 0.8).all() and (a.sigma > 0).all())
+        self.assertLess(np.median(turned), 0.1)
 
     def test_kept_features_are_the_same(self):
         a = ptzcal.detect_sift(blobs()[0], max_features=40)

@@ -21,8 +21,9 @@ const MAX_SIGMA: f64 = 100.0;
 /// A hidden peak a million times as high as its foot is no estimate any more.
 const MAX_LOG_AMPLITUDE: f64 = 20.0;
 /// Expected gain in chi squared at which the fit has converged: nothing moves by more than 3 % of its
-/// standard deviation any more. Weights that are still to change need no more than all of it.
+/// standard deviation any more.
 const SETTLED: f64 = 1e-3;
+/// The same, to within a standard deviation: enough where the weights are to be set anew.
 const ROUGH: f64 = 1.0;
 const MAX_ITERATIONS: usize = 40;
 /// Residuals beyond this many standard deviations are weighed down (Huber).

@@ -5,10 +5,9 @@
 
 use std::ops::Range;
 
-use super::arithmetic::{greater, less};
 use super::doubling::Doubling;
 use super::scale_space::LEVELS;
-use crate::vectors::for_each_processor;
+use crate::vectors::{for_each_processor, greater, less};
 
 /// Columns that are worked on together; rows are padded to a multiple of it.
 pub const LANES: usize = 64;

@@ -13,7 +13,7 @@
 //! centred at the refined place, not the nearest pixel, and a gradient is shared by the two orientation bins
 //! about it.
 
-mod arithmetic;
+mod arctangent;
 mod descriptor;
 mod distances;
 mod doubling;

@@ -8,10 +8,10 @@
 
 use std::f32::consts::TAU;
 
-use super::arithmetic::{arctangent, greater, less};
+use super::arctangent::arctangent;
 use super::scale_space::{Octave, PADDING};
 use crate::image::exponential::exponential;
-use crate::vectors::for_each_processor;
+use crate::vectors::{for_each_processor, greater, less};
 
 /// Most pixels of a row of a window: 2 x 38 + 1.
 const ROW: usize = 80;
@@ -261,7 +261,8 @@ impl Samples {
         Self { n: 0, cell: [0; SAMPLES], shares: [[0.0; SAMPLES]; 4], bin: [0; SAMPLES], rest: [0.0; SAMPLES] }
     }
 
-    /// A group behind the `n` that count. `first` and `step`: column and row, in cells, of the first pixel, and the steps from pixel to pixel.
+    /// A group behind the `n` that count. `first` and `step`: column and row, in cells, of the first pixel,
+    /// and the steps from pixel to pixel.
     #[inline(always)]
     #[allow(clippy::too_many_arguments)]
     fn add(

@@ -4,7 +4,7 @@
 use super::noise::{BIN_WIDTH, BINS, CELLS, Cell, Cells, LAGS};
 use super::sample::{Block, LANES, RUN};
 use super::{CLIPPED, Limits, Photometry};
-use crate::vectors::for_each_processor;
+use crate::vectors::{for_each_processor, greater, less};
 
 /// Sums of the regression that are kept apart.
 const SUMS: usize = 8;
@@ -175,14 +175,4 @@ fn add(cells: &mut Cells, index: &[u32], square: &[i32]) {
             cells[*index as usize].add(Cell::pixel(*square));
         }
     }
-}
-
-#[inline(always)]
-fn greater(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
-
-#[inline(always)]
-fn less(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
 }

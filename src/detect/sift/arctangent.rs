@@ -1,14 +1,6 @@
-//! Arithmetic that the compiler vectorises as it is written.
+//! The angle of many vectors: plain arithmetic that the compiler vectorises.
 
-#[inline(always)]
-pub fn greater(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
-
-#[inline(always)]
-pub fn less(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
+use crate::vectors::{greater, less};
 
 /// atan2(y, x) to 3e-6 rad, 0 for the null vector: an odd polynomial of degree 11 up to 45 degrees.
 #[inline(always)]
