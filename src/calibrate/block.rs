@@ -7,10 +7,12 @@
 
 use nalgebra::{Matrix2, Vector2, Vector4};
 
-use super::freedom::{ALL, CENTRE, DISTORTION, ROTATION, Unknown, full_jacobian};
+use super::freedom::{ALL, CENTRE, DISTORTION, ROTATION, full_jacobian};
 use crate::geometry::distortion::MIN_LENGTH;
 use crate::geometry::{Camera, Distortion, Intrinsics, Rigid};
 use crate::vectors::for_each_processor;
+
+pub(crate) use super::products::Products;
 
 /// Points of a block.
 pub(crate) const LANES: usize = 32;
@@ -20,29 +22,34 @@ pub(crate) type Lanes = [f64; LANES];
 pub(crate) const POINT: usize = ALL;
 pub(crate) const RESIDUAL: usize = ALL + 4;
 const COLUMNS: usize = RESIDUAL + 1;
-/// Lanes that are summed together, and columns multiplied by one at a time.
-const STEP: usize = 4;
 
-pub(crate) struct Block {
+/// What is projected.
+#[derive(Clone)]
+pub(crate) struct Points {
     point: [Lanes; 4],
     pixel: [Lanes; 2],
     /// Of the lower triangle that whitens a residual: 11, 21, 22. Zero: no point.
     whitening: [Lanes; 3],
+}
+
+pub(crate) struct Block {
+    points: Points,
     depth: Lanes,
     /// Whitened derivatives of the pixel's two coordinates, and what they leave unexplained.
     pub rows: [[Lanes; COLUMNS]; 2],
 }
 
-impl Block {
-    pub fn new() -> Box<Self> {
-        let none = [0.0; LANES];
-        Box::new(Self {
-            point: [none; 4],
-            pixel: [none; 2],
-            whitening: [none; 3],
-            depth: none,
-            rows: [[none; COLUMNS]; 2],
-        })
+impl Points {
+    pub const NONE: Self = Self { point: [[0.0; LANES]; 4], pixel: [[0.0; LANES]; 2], whitening: [[0.0; LANES]; 3] };
+
+    /// One point in all lanes, where it weighs nothing.
+    pub fn all_at(point: &Vector4<f64>, pixel: &Vector2<f64>) -> Self {
+        let lanes = |x: f64| [x; LANES];
+        Self {
+            point: [point.x, point.y, point.z, point.w].map(lanes),
+            pixel: [pixel.x, pixel.y].map(lanes),
+            whitening: [[0.0; LANES]; 3],
+        }
     }
 
     /// `whitening`: lower triangular.
@@ -58,17 +65,50 @@ impl Block {
         }
     }
 
-    /// The rows of the first `count` points; those of the others are zero. `None` when the camera does
-    /// not see one of them.
-    pub fn project(&mut self, camera: &Camera, count: usize) -> Option<()> {
+    /// Lanes from `count` on have no point: the first one stands in, and weighs nothing.
+    pub fn fill(&mut self, count: usize) {
         for lane in count..LANES {
             self.whitening.iter_mut().for_each(|w| w[lane] = 0.0);
             self.point.iter_mut().chain(&mut self.pixel).for_each(|x| x[lane] = x[0]);
         }
+    }
+
+    pub fn scale_whitening(&mut self, by: f64) {
+        self.whitening.iter_mut().flatten().for_each(|w| *w *= by);
+    }
+
+    /// Moves the point of a lane.
+    pub fn move_to(&mut self, lane: usize, point: &Vector4<f64>) {
+        self.point.iter_mut().zip(point.iter()).for_each(|(to, value)| to[lane] = *value);
+    }
+}
+
+impl Block {
+    pub fn new() -> Box<Self> {
+        Box::new(Self { points: Points::NONE, depth: [0.0; LANES], rows: [[[0.0; LANES]; COLUMNS]; 2] })
+    }
+
+    /// `whitening`: lower triangular.
+    pub fn set(&mut self, lane: usize, point: &Vector4<f64>, pixel: &Vector2<f64>, whitening: &Matrix2<f64>) {
+        self.points.set(lane, point, pixel, whitening);
+    }
+
+    /// The rows of the first `count` points; those of the others are zero. `None` when the camera does
+    /// not see one of them.
+    pub fn project(&mut self, camera: &Camera, count: usize) -> Option<()> {
+        let mut points = std::mem::replace(&mut self.points, Points::NONE);
+        points.fill(count);
+        let seen = self.project_points(&points, camera);
+        self.points = points;
+        seen
+    }
+
+    /// The rows of points whose lanes are all filled.
+    pub fn project_points(&mut self, points: &Points, camera: &Camera) -> Option<()> {
         match camera.distortion {
-            Distortion::None => project(self, &camera.pose, &camera.intrinsics, &[0.0; 5]),
-            Distortion::BrownConrady(k) => project(self, &camera.pose, &camera.intrinsics, &k),
-            Distortion::Division(_) | Distortion::Fisheye(_) => self.project_singly(camera, count)?,
+            Distortion::None => project(self, points, &camera.pose, &camera.intrinsics, &[0.0; 5]),
+            Distortion::BrownConrady(k) => project(self, points, &camera.pose, &camera.intrinsics, &k),
+            Distortion::Division(_) | Distortion::Fisheye(_) => self.project_singly(points, camera)?,
         }
         let seen = self.depth.iter().all(|z| *z > MIN_LENGTH);
         let finite = self.rows.iter().all(|row| row[RESIDUAL].iter().all(|r| r.is_finite()));
@@ -76,13 +116,16 @@ impl Block {
     }
 
     /// Lenses without a loop of their own here.
-    fn project_singly(&mut self, camera: &Camera, count: usize) -> Option<()> {
+    fn project_singly(&mut self, points: &Points, camera: &Camera) -> Option<()> {
         self.depth.fill(1.0);
-        self.rows.iter_mut().for_each(|row| row.iter_mut().for_each(|column| column[count..].fill(0.0)));
-        for lane in 0..count {
-            let [x, y, z, w] = self.point.each_ref().map(|x| x[lane]);
+        for lane in 0..LANES {
+            let [w11, w21, w22] = points.whitening.each_ref().map(|w| w[lane]);
+            if w11 == 0.0 {
+                self.rows.iter_mut().for_each(|row| row.iter_mut().for_each(|column| column[lane] = 0.0));
+                continue;
+            }
+            let [x, y, z, w] = points.point.each_ref().map(|x| x[lane]);
             let p = camera.project_homogeneous(&[x, y, z].into(), w)?;
-            let [w11, w21, w22] = self.whitening.each_ref().map(|w| w[lane]);
             let mut put = |column: usize, d: &Vector2<f64>| {
                 self.rows[0][column][lane] = w11 * d.x;
                 self.rows[1][column][lane] = w21 * d.x + w22 * d.y;
@@ -90,7 +133,7 @@ impl Block {
             full_jacobian(&p).iter().enumerate().for_each(|(k, d)| put(k, d));
             p.by_point.column_iter().enumerate().for_each(|(k, d)| put(POINT + k, &d.into()));
             put(POINT + 3, &p.by_weight);
-            put(RESIDUAL, &(Vector2::new(self.pixel[0][lane], self.pixel[1][lane]) - p.pixel));
+            put(RESIDUAL, &(Vector2::new(points.pixel[0][lane], points.pixel[1][lane]) - p.pixel));
         }
         Some(())
     }
@@ -102,60 +145,13 @@ impl Block {
     }
 }
 
-/// J^T J of rows that are given a block at a time.
-pub(crate) struct Products {
-    width: usize,
-    /// The columns of both coordinates' rows, filled up with zeros to a multiple of [`STEP`].
-    columns: [Vec<Lanes>; 2],
-    /// Row by row, in parts that are added up at last; the upper triangle counts.
-    sums: Vec<[f64; STEP]>,
-}
-
-impl Products {
-    pub fn new(width: usize) -> Self {
-        let padded = width.next_multiple_of(STEP);
-        let columns = vec![[0.0; LANES]; padded];
-        Self { width, columns: [columns.clone(), columns], sums: vec![[0.0; STEP]; padded * padded] }
-    }
-
-    pub fn clear(&mut self) {
-        self.sums.fill([0.0; STEP]);
-    }
-
-    /// A column of the next rows.
-    pub fn column(&mut self, k: usize) -> [&mut Lanes; 2] {
-        self.columns.each_mut().map(|row| &mut row[k])
-    }
-
-    /// Takes the columns of unknowns from a block, from column `first` on.
-    pub fn take(&mut self, block: &Block, unknowns: &[Unknown], first: usize) {
-        for (row, from) in self.columns.iter_mut().zip(&block.rows) {
-            for (to, unknown) in row[first..].iter_mut().zip(unknowns) {
-                *to = from[unknown.parameter];
-                if let Some(tied) = unknown.tied {
-                    to.iter_mut().zip(&from[tied]).for_each(|(a, b)| *a += b);
-                }
-            }
-        }
-    }
-
-    /// Adds the rows' products.
-    pub fn add(&mut self) {
-        products(&mut self.sums, &self.columns, self.width);
-    }
-
-    /// Entry a <= b.
-    pub fn at(&self, a: usize, b: usize) -> f64 {
-        self.sums[a * self.columns[0].len() + b].iter().sum()
-    }
-}
-
 for_each_processor! {
     /// [`Camera::project_homogeneous`] of every lane with a Brown-Conrady lens, whitened.
-    fn project(block: &mut Block, pose: &Rigid, k: &Intrinsics, lens: &[f64; 5]) {
+    fn project(block: &mut Block, points: &Points, pose: &Rigid, k: &Intrinsics, lens: &[f64; 5]) {
         let (r, t) = (&pose.rotation, &pose.translation);
         let [k1, k2, p1, p2, k3] = *lens;
-        let Block { point, pixel, whitening, depth, rows } = block;
+        let Points { point, pixel, whitening } = points;
+        let Block { depth, rows, .. } = block;
         let [row_x, row_y] = rows;
         for l in 0..LANES {
             let (px, py, pz, weight) = (point[0][l], point[1][l], point[2][l], point[3][l]);
@@ -221,28 +217,6 @@ for_each_processor! {
             put(RESIDUAL, pixel[0][l] - pixel_x, pixel[1][l] - pixel_y);
         }
     }
-
-    /// Adds the products of the first `width` columns with those at and after them.
-    fn products(sums: &mut [[f64; STEP]], rows: &[Vec<Lanes>; 2], width: usize) {
-        let padded = rows[0].len();
-        for a in 0..width {
-            for b in (a - a % STEP..padded).step_by(STEP) {
-                let Some(to) = sums[a * padded + b..].first_chunk_mut::<STEP>() else { return };
-                let mut sum = *to;
-                for row in rows {
-                    let (left, Some(right)) = (&row[a], row[b..].first_chunk::<STEP>()) else { return };
-                    for l in (0..LANES).step_by(STEP) {
-                        for (sum, right) in sum.iter_mut().zip(right) {
-                            for (i, sum) in sum.iter_mut().enumerate() {
-                                *sum += left[l + i] * right[l + i];
-                            }
-                        }
-                    }
-                }
-                *to = sum;
-            }
-        }
-    }
 }
 
 #[cfg(test)]
@@ -250,6 +224,7 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
+    use crate::calibrate::freedom::Unknown;
     use crate::geometry::rigid::exp;
     use crate::vectors::tests::of_each_processor;
 
@@ -346,7 +321,7 @@ mod tests {
             let unknowns: Vec<Unknown> = (0..11).map(|parameter| Unknown { parameter, tied: None }).collect();
             sums.take(&block, &unknowns, 0);
             sums.add();
-            let rows = block.rows.iter().flatten().flatten().chain(sums.sums.iter().flatten());
+            let rows = block.rows.iter().flatten().flatten().copied().chain((0..121).map(|k| sums.at(k % 11, k / 11)));
             rows.map(|x| x.to_bits()).collect::<Vec<_>>()
         });
         assert!(results.iter().all(|bits| *bits == results[0]));

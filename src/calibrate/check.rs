@@ -5,8 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::DistortionModel;
 use super::freedom::{Freedom, Unknown};
-use super::measurement::Measurement;
-use super::refine::{Refined, linearise, whitenings};
+use super::refine::{Refined, Refinement};
 use crate::geometry::Distortion;
 use crate::geometry::chi_square::upper_tail;
 
@@ -163,33 +162,31 @@ fn groups_of(model: DistortionModel, distortion: &Distortion) -> Vec<(&'static s
 
 /// The self-check of one camera's refinement on the measurements that it used.
 pub(super) fn check(
-    measurements: &[Measurement],
+    refinement: &Refinement<'_>,
     refined: &Refined,
     freedom: &Freedom,
     model: DistortionModel,
-    noise_factor: f64,
 ) -> FitCheck {
-    let count = (2 * measurements.len() + freedom.soft_priors()).saturating_sub(freedom.count());
-    let mut suspects = suspects(measurements, refined, freedom, model, noise_factor).unwrap_or_default();
+    let used = refinement.measurements().len();
+    let count = (2 * used + freedom.soft_priors()).saturating_sub(freedom.count());
+    let mut suspects = suspects(refinement, refined, freedom, model).unwrap_or_default();
     suspects.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     FitCheck::new(refined.cost, count, suspects, Vec::new())
 }
 
 fn suspects(
-    measurements: &[Measurement],
+    refinement: &Refinement<'_>,
     refined: &Refined,
     freedom: &Freedom,
     model: DistortionModel,
-    noise_factor: f64,
 ) -> Option<Vec<Suspect>> {
     let mut camera = refined.camera;
     camera.distortion = testable(camera.distortion);
     let (wide, groups) = widened(freedom, model, &camera.distortion);
-    let weights = whitenings(measurements, &camera, noise_factor).ok()?;
-    let system = linearise(measurements, &weights, &camera, &refined.rhos, &wide, refined.focal)?;
+    let normal = refinement.widened(&camera, &wide)?;
     let solved: Vec<usize> = (0..freedom.count()).collect();
     let test = |(name, places): (&str, Vec<usize>)| {
-        score_test(name.to_owned(), &places, &solved, &refined.columns, |i, j| system.h[(i, j)], |i| system.g[i])
+        score_test(name.to_owned(), &places, &solved, &refined.columns, |i, j| normal.h[(i, j)], |i| normal.g[i])
     };
     Some(groups.into_iter().filter_map(test).collect())
 }

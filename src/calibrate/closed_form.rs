@@ -15,7 +15,7 @@ use crate::geometry::linalg::{Matrix12, largest_generalised_eigenvector};
 type Stacked = SVector<f64, 12>;
 
 /// P with depths positive; `None` when the measurements do not determine it.
-pub(crate) fn inverse_depth(measurements: &[Measurement]) -> Option<Matrix3x4<f64>> {
+pub(crate) fn inverse_depth(measurements: &[&Measurement]) -> Option<Matrix3x4<f64>> {
     if measurements.len() < MIN_POINTS {
         return None;
     }

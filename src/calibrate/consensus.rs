@@ -12,8 +12,8 @@ use crate::error::{Error, Result};
 
 const MAX_SAMPLES: usize = 1000;
 const MIN_SAMPLES: usize = 60;
-/// Candidates are scored on at most this many points.
-const SCORED_POINTS: usize = 400;
+/// Starts are fitted to, and candidates scored on, at most this many points.
+pub(crate) const ENOUGH: usize = 400;
 /// Part of the samples without an outlier that lead to the answer.
 const USEFUL_POINTS: f64 = 0.67;
 /// Lines come in few directions, and several times along one edge: most minimal samples of them are
@@ -21,8 +21,8 @@ const USEFUL_POINTS: f64 = 0.67;
 const USEFUL_WITH_LINES: f64 = 0.05;
 /// Points on which a candidate is looked at first, and how many of them must be nearer than the best
 /// candidate's median for a closer look: of a better one half are, and fewer than this by a chance of 1e-4.
-const GLANCE: usize = 40;
-const PROMISING: usize = 9;
+pub(crate) const GLANCE: usize = 40;
+pub(crate) const PROMISING: usize = 9;
 /// Noise beyond the stated one up to which what half of the points agree on is taken for their consensus.
 const AS_STATED: f64 = 1.5;
 /// Median of a chi-square variable with two degrees of freedom.
@@ -58,49 +58,45 @@ impl<M> Consensus<M> {
 pub(crate) struct Solver<'a, M> {
     /// Points in a minimal sample.
     pub sample: usize,
-    pub minimal: &'a dyn Fn(&[Measurement]) -> Option<M>,
+    pub minimal: &'a dyn Fn(&[&Measurement]) -> Option<M>,
     /// From any number of points, for the local optimisation.
-    pub fit: &'a dyn Fn(&[Measurement]) -> Option<M>,
+    pub fit: &'a dyn Fn(&[&Measurement]) -> Option<M>,
 }
 
 /// The best candidate. `None` when no sample gave a matrix at all.
 pub(crate) fn search<M: Model>(
-    measurements: &[Measurement],
+    measurements: &[&Measurement],
     solver: &Solver<'_, M>,
     seed: u64,
     cancel: &Cancel,
 ) -> Result<Option<Consensus<M>>> {
     let n = measurements.len();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let scored: Vec<Measurement> = if n <= SCORED_POINTS {
-        measurements.to_vec()
-    } else {
-        let mut order: Vec<usize> = (0..n).collect();
-        shuffle_front(&mut order, SCORED_POINTS, &mut rng);
-        order[..SCORED_POINTS].iter().map(|&i| measurements[i].clone()).collect()
-    };
-    let mut distances = Vec::with_capacity(n);
+    let scored = some(measurements, ENOUGH, &mut rng);
+    let mut distances = Vec::with_capacity(scored.len());
     let mut best: Option<(f64, M)> = None;
     let mut needed = MAX_SAMPLES;
     let mut tried = 0;
-    // All points at once: the answer when there are no outliers.
-    if let Some(p) = (solver.fit)(measurements) {
+    // All of them at once: the answer when there are no outliers.
+    if let Some(p) = (solver.fit)(&scored) {
         let score = median(&scored, &p, &mut distances);
         // With outliers in it a fit may look like a noisier one without, unless the noise is stated.
-        let stated = !measurements.iter().any(Measurement::assumed_noise);
+        let stated = !measurements.iter().any(|m| m.assumed_noise());
         if stated && score <= CHI2_MEDIAN * AS_STATED * AS_STATED {
             needed = samples_needed(&scored, &p, score, solver.sample, tried);
         }
         best = Some((score, p));
     }
     let mut order: Vec<usize> = (0..n).collect();
+    let mut sample = Vec::with_capacity(solver.sample);
     while tried < needed && n > solver.sample {
         if tried % 16 == 0 && cancel.is_cancelled() {
             return Err(Error::Cancelled);
         }
         tried += 1;
         shuffle_front(&mut order, solver.sample, &mut rng);
-        let sample: Vec<Measurement> = order[..solver.sample].iter().map(|&i| measurements[i].clone()).collect();
+        sample.clear();
+        sample.extend(order[..solver.sample].iter().map(|&i| measurements[i]));
         let Some(p) = (solver.minimal)(&sample) else { continue };
         if best.as_ref().is_some_and(|(b, _)| is_hopeless(&scored, &p, *b)) {
             continue;
@@ -121,16 +117,31 @@ pub(crate) fn search<M: Model>(
     }))
 }
 
+/// As many of the measurements, taken at random, as a start needs.
+pub(crate) fn few<'a>(measurements: &[&'a Measurement], seed: u64) -> Vec<&'a Measurement> {
+    some(measurements, ENOUGH, &mut ChaCha8Rng::seed_from_u64(seed))
+}
+
+/// As many as that, taken at random.
+pub(crate) fn some<T: Copy>(all: &[T], count: usize, rng: &mut ChaCha8Rng) -> Vec<T> {
+    if all.len() <= count {
+        return all.to_vec();
+    }
+    let mut order: Vec<usize> = (0..all.len()).collect();
+    shuffle_front(&mut order, count, rng);
+    order[..count].iter().map(|&i| all[i]).collect()
+}
+
 /// Fits the better half of the points again and again while that lowers the median.
 fn optimise_locally<M: Model>(
-    scored: &[Measurement],
+    scored: &[&Measurement],
     solver: &Solver<'_, M>,
     mut score: f64,
     mut p: M,
     distances: &mut Vec<f64>,
 ) -> (f64, M) {
     for _ in 0..4 {
-        let half: Vec<Measurement> = scored.iter().filter(|m| p.distance(m) <= score).cloned().collect();
+        let half: Vec<&Measurement> = scored.iter().filter(|m| p.distance(m) <= score).copied().collect();
         let Some(q) = (solver.fit)(&half) else { break };
         let next = median(scored, &q, distances);
         if next.is_nan() || next >= score {
@@ -142,14 +153,14 @@ fn optimise_locally<M: Model>(
 }
 
 /// Does a glance at some of the points show that their median is not below `best`?
-fn is_hopeless<M: Model>(scored: &[Measurement], p: &M, best: f64) -> bool {
+fn is_hopeless<M: Model>(scored: &[&Measurement], p: &M, best: f64) -> bool {
     let step = scored.len() / GLANCE;
     let seen = scored.iter().step_by(step.max(1)).take(GLANCE);
     step >= 4 && seen.filter(|m| p.distance(m) < best).count() < PROMISING
 }
 
 /// The median of the squared distances.
-pub(crate) fn median<M: Model>(scored: &[Measurement], p: &M, distances: &mut Vec<f64>) -> f64 {
+pub(crate) fn median<M: Model>(scored: &[&Measurement], p: &M, distances: &mut Vec<f64>) -> f64 {
     distances.clear();
     distances.extend(scored.iter().map(|m| p.distance(m)));
     *distances.select_nth_unstable_by(scored.len() / 2, f64::total_cmp).1
@@ -157,7 +168,7 @@ pub(crate) fn median<M: Model>(scored: &[Measurement], p: &M, distances: &mut Ve
 
 /// Samples after which a clean one has been missed with a chance below 1e-9, of which those are counted
 /// that are of use for their geometry.
-fn samples_needed<M: Model>(scored: &[Measurement], p: &M, score: f64, sample: usize, tried: usize) -> usize {
+fn samples_needed<M: Model>(scored: &[&Measurement], p: &M, score: f64, sample: usize, tried: usize) -> usize {
     let limit = score / CHI2_MEDIAN * 9.2;
     let inliers = scored.iter().filter(|m| p.distance(m) <= limit).count();
     let ratio = inliers as f64 / scored.len() as f64;

@@ -1,5 +1,7 @@
 //! A growing set of 2D-3D measurements of one camera.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::line::ObservedLine;
@@ -39,6 +41,41 @@ impl Observation {
             Self::Line(line) => &line.ends,
         }
     }
+
+    fn check(&self, index: usize) -> Result<()> {
+        match self {
+            Self::Point { world, world_covariance, pixel, pixel_covariance } => {
+                check_finite(pixel.as_slice(), "uv", index)?;
+                check_finite(world.as_slice(), "xyz", index)?;
+                if let Some(c) = world_covariance {
+                    check_finite(c.as_slice(), "xyz covariance", index)?;
+                    // Semi-definite is fine: a shot's covariance has rank one.
+                    let least = symmetric_eigen3(&(c + c.transpose())).map(|(values, _)| values[2]);
+                    if least.is_none_or(|least| least < -1e-9 * c.amax()) {
+                        return Err(not_positive("xyz covariance", index));
+                    }
+                }
+                if let Some(c) = pixel_covariance {
+                    check_positive(c, index)?;
+                }
+            }
+            Self::Shot { shot, pixel, pixel_covariance } => {
+                check_finite(pixel.as_slice(), "uv", index)?;
+                check_finite(shot.origin.as_slice(), "shot origin", index)?;
+                check_finite(shot.direction.as_slice(), "shot direction", index)?;
+                check_finite(&[shot.rho, shot.variance], "shot inverse depth", index)?;
+                check_positive(pixel_covariance, index)?;
+                if shot.variance <= 0.0 {
+                    return Err(not_positive("inverse depth variance", index));
+                }
+                if shot.direction.norm_squared() == 0.0 {
+                    return Err(Error::invalid("shot direction", format!("of point {index} is zero")));
+                }
+            }
+            Self::Line(line) => line.check(index)?,
+        }
+        Ok(())
+    }
 }
 
 impl From<ObservedLine> for Observation {
@@ -53,6 +90,15 @@ pub(super) fn check_finite(values: &[f64], name: &'static str, index: usize) -> 
         Some(v) if v.is_finite() => Err(Error::invalid(name, format!("{v:e} of point {index} is beyond measure"))),
         Some(_) => Err(Error::NotFinite { name, index }),
     }
+}
+
+fn check_room(given: usize, more: usize) -> Result<()> {
+    let count = given.saturating_add(more);
+    if count <= MAX_OBSERVATIONS {
+        return Ok(());
+    }
+    let reason = format!("{count} of them, {MAX_OBSERVATIONS} are the most that a set takes: draw some of them");
+    Err(Error::invalid("measurements", reason))
 }
 
 /// Refuses a pixel's covariance that is not positive definite.
@@ -74,7 +120,8 @@ fn not_positive(name: &'static str, index: usize) -> Error {
 pub struct Correspondences {
     width: u32,
     height: u32,
-    observations: Vec<Observation>,
+    /// Copies share them until one of them grows.
+    observations: Arc<Vec<Observation>>,
 }
 
 impl Correspondences {
@@ -83,7 +130,7 @@ impl Correspondences {
         if width == 0 || height == 0 || width > 1 << 16 || height > 1 << 16 {
             return Err(Error::invalid("image size", format!("{width} x {height}")));
         }
-        Ok(Self { width, height, observations: Vec::new() })
+        Ok(Self { width, height, observations: Arc::default() })
     }
 
     pub fn width(&self) -> u32 {
@@ -108,60 +155,32 @@ impl Correspondences {
 
     /// Refuses more measurements than a set may have.
     pub(crate) fn check_room(&self, more: usize) -> Result<()> {
-        let count = self.observations.len().saturating_add(more);
-        if count <= MAX_OBSERVATIONS {
-            return Ok(());
-        }
-        let reason = format!("{count} of them, {MAX_OBSERVATIONS} are the most that a set takes: draw some of them");
-        Err(Error::invalid("measurements", reason))
+        check_room(self.observations.len(), more)
     }
 
     /// Adds one measurement; refuses what is not finite and covariances that are not positive.
     pub fn add(&mut self, observation: Observation) -> Result<()> {
         self.check_room(1)?;
-        let index = self.observations.len();
-        match &observation {
-            Observation::Point { world, world_covariance, pixel, pixel_covariance } => {
-                check_finite(pixel.as_slice(), "uv", index)?;
-                check_finite(world.as_slice(), "xyz", index)?;
-                if let Some(c) = world_covariance {
-                    check_finite(c.as_slice(), "xyz covariance", index)?;
-                    // Semi-definite is fine: a shot's covariance has rank one.
-                    let least = symmetric_eigen3(&(c + c.transpose())).map(|(values, _)| values[2]);
-                    if least.is_none_or(|least| least < -1e-9 * c.amax()) {
-                        return Err(not_positive("xyz covariance", index));
-                    }
-                }
-                if let Some(c) = pixel_covariance {
-                    check_positive(c, index)?;
-                }
-            }
-            Observation::Shot { shot, pixel, pixel_covariance } => {
-                check_finite(pixel.as_slice(), "uv", index)?;
-                check_finite(shot.origin.as_slice(), "shot origin", index)?;
-                check_finite(shot.direction.as_slice(), "shot direction", index)?;
-                check_finite(&[shot.rho, shot.variance], "shot inverse depth", index)?;
-                check_positive(pixel_covariance, index)?;
-                if shot.variance <= 0.0 {
-                    return Err(not_positive("inverse depth variance", index));
-                }
-                if shot.direction.norm_squared() == 0.0 {
-                    return Err(Error::invalid("shot direction", format!("of point {index} is zero")));
-                }
-            }
-            Observation::Line(line) => line.check(index)?,
-        }
-        self.observations.push(observation);
+        observation.check(self.observations.len())?;
+        Arc::make_mut(&mut self.observations).push(observation);
         Ok(())
     }
 
     /// Adds all of them or, when one is refused, none.
     pub fn add_all(&mut self, observations: impl IntoIterator<Item = Observation>) -> Result<()> {
-        let (before, mut observations) = (self.observations.len(), observations.into_iter());
-        self.check_room(observations.size_hint().0)?;
-        let result = observations.try_for_each(|o| self.add(o));
+        let mut new = observations.into_iter();
+        self.check_room(new.size_hint().0)?;
+        let observations = Arc::make_mut(&mut self.observations);
+        let before = observations.len();
+        observations.reserve(new.size_hint().0);
+        let result = new.try_for_each(|o| {
+            check_room(observations.len(), 1)?;
+            o.check(observations.len())?;
+            observations.push(o);
+            Ok(())
+        });
         if result.is_err() {
-            self.observations.truncate(before);
+            observations.truncate(before);
         }
         result
     }

@@ -76,7 +76,7 @@ pub fn lines(world: &[Line3], segments: &[[Vector2<f64>; 2]]) -> Result<Matrix3x
         set.add(ObservedLine::new(line.point, line.direction, *ends).into())?;
     }
     let measurements = measurements(&set)?;
-    let frame = Frame::of(&measurements)
+    let frame = Frame::of(&measurements.iter().collect::<Vec<_>>())
         .ok_or_else(|| Error::degenerate(Degeneracy::Concurrent, "the lines or their segments coincide"))?;
     let rows: Vec<[f64; 12]> =
         measurements.iter().filter_map(Measurement::as_line).flat_map(|m| line_rows(&frame, m)).collect();
@@ -155,7 +155,7 @@ pub(crate) struct Frame {
 
 impl Frame {
     /// Points at or beyond infinity are left out of the centroid.
-    pub fn of(measurements: &[Measurement]) -> Option<Self> {
+    pub fn of(measurements: &[&Measurement]) -> Option<Self> {
         let finite = stand_ins(measurements, |m| Some((m.position()?, Matrix3::zeros())))?;
         let pixels: Vec<_> = measurements.iter().flat_map(|m| m.pixels()).copied().collect();
         Some(Self { space: Normalisation3::of(finite.iter().map(|(x, _)| *x))?, image: Normalisation2::of(&pixels)? })
@@ -186,7 +186,7 @@ impl Frame {
 
 /// P from six measurements, taking eleven of their twelve equations: for sampling, where speed
 /// counts and a refinement follows.
-pub(crate) fn minimal(frame: &Frame, six: &[Measurement; MIN_POINTS]) -> Option<Matrix3x4<f64>> {
+pub(crate) fn minimal(frame: &Frame, six: &[&Measurement; MIN_POINTS]) -> Option<Matrix3x4<f64>> {
     let t = frame.space.matrix();
     let mut a = [[0.0; 12]; 12];
     for (i, m) in six.iter().enumerate() {
@@ -250,7 +250,7 @@ fn null_vector(a: &mut [[f64; 12]; 12]) -> Option<[f64; 12]> {
 /// # Errors
 /// `TooFewPoints`, `Degenerate`.
 pub fn closed_form(set: &Correspondences) -> Result<Matrix3x4<f64>> {
-    inverse_depth(&measurements(set)?)
+    inverse_depth(&measurements(set)?.iter().collect::<Vec<_>>())
         .ok_or_else(|| Error::degenerate(Degeneracy::IllConditioned, "the points do not determine a projection matrix"))
 }
 

@@ -1,7 +1,7 @@
 //! Observations as the solver sees them: points and shots share one form, a homogeneous point that is
 //! linear in an unknown inverse depth; lines have their own.
 
-use nalgebra::{Matrix2, Matrix3, Matrix3x4, SMatrix, Vector2, Vector3, Vector4};
+use nalgebra::{Matrix2, Matrix3, Matrix3x4, Vector2, Vector3, Vector4};
 
 use super::correspondences::Observation;
 use super::line_measurement::LineMeasurement;
@@ -104,7 +104,7 @@ impl Measurement {
 }
 
 /// X(rho) = base + rho * slope, rho ~ N(measured, sigma_rho^2), seen at `pixel`.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) struct PointMeasurement {
     base: Vector4<f64>,
     slope: Vector4<f64>,
@@ -112,9 +112,8 @@ pub(crate) struct PointMeasurement {
     pub rho: f64,
     /// 0 when there is no unknown depth.
     pub sigma_rho: f64,
-    /// Square root of a point's covariance, one homogeneous column each; zero when exact.
-    world_root: SMatrix<f64, 4, 3>,
-    has_world_covariance: bool,
+    /// Square root of a point's covariance, `None` when exact. Apart, so that many points are few bytes.
+    world_root: Option<Box<Matrix3<f64>>>,
     pub pixel: Vector2<f64>,
     pub pixel_covariance: Matrix2<f64>,
     /// The pixel's noise is not known but assumed.
@@ -128,8 +127,7 @@ impl PointMeasurement {
             slope: shot.origin.push(1.0),
             rho: shot.rho,
             sigma_rho: shot.variance.sqrt(),
-            world_root: SMatrix::zeros(),
-            has_world_covariance: false,
+            world_root: None,
             pixel,
             pixel_covariance,
             assumed_noise: false,
@@ -138,21 +136,17 @@ impl PointMeasurement {
 
     /// With a pixel noise of 1 px.
     fn point(world: &Vector3<f64>, covariance: Option<&Matrix3<f64>>, pixel: Vector2<f64>) -> Self {
-        let mut world_root = SMatrix::<f64, 4, 3>::zeros();
-        if let Some((values, axes)) = covariance.and_then(symmetric_eigen3) {
-            // Eigenvectors times root eigenvalues: right for semi-definite matrices too.
-            for i in 0..3 {
-                let column = axes[i] * values[i].max(0.0).sqrt();
-                world_root.fixed_view_mut::<3, 1>(0, i).copy_from(&column);
-            }
-        }
+        // Eigenvectors times root eigenvalues: right for semi-definite matrices too.
+        let root = |c| {
+            let (values, axes) = symmetric_eigen3(c).unwrap_or_default();
+            Box::new(Matrix3::from_columns(&[0, 1, 2].map(|i| axes[i] * values[i].max(0.0).sqrt())))
+        };
         Self {
             base: world.push(1.0),
             slope: Vector4::zeros(),
             rho: 0.0,
             sigma_rho: 0.0,
-            world_root,
-            has_world_covariance: covariance.is_some(),
+            world_root: covariance.map(root),
             pixel,
             pixel_covariance: Matrix2::identity(),
             assumed_noise: false,
@@ -164,11 +158,11 @@ impl PointMeasurement {
     }
 
     pub fn is_exact(&self) -> bool {
-        !self.has_depth() && !self.has_world_covariance
+        !self.has_depth() && !self.has_world_covariance()
     }
 
     pub fn has_world_covariance(&self) -> bool {
-        self.has_world_covariance
+        self.world_root.is_some()
     }
 
     pub fn homogeneous(&self, rho: f64) -> Vector4<f64> {
@@ -188,8 +182,8 @@ impl PointMeasurement {
     /// Independent unit-variance errors of the homogeneous point, one column each (shots: one).
     pub fn noise_columns(&self) -> impl Iterator<Item = Vector4<f64>> + '_ {
         let depth = self.has_depth().then(|| self.slope * self.sigma_rho);
-        let world = if self.has_world_covariance { 3 } else { 0 };
-        depth.into_iter().chain((0..world).map(|i| self.world_root.column(i).into_owned()))
+        let world = self.world_root.iter().flat_map(|root| root.column_iter().map(|column| column.push(0.0)));
+        depth.into_iter().chain(world)
     }
 
     fn residual_by_matrix(&self, p: &Matrix3x4<f64>) -> Option<(Vector2<f64>, Matrix2<f64>)> {

@@ -39,6 +39,7 @@ pub fn radial_alignment(set: &Correspondences, centre: Option<Vector2<f64>>) -> 
         return Err(Error::TooFewPoints { given: set.len(), needed: MIN_POINTS });
     }
     let measurements = DivisionCamera::points(set)?;
+    let measurements: Vec<&Measurement> = measurements.iter().collect();
     let found = Alignment::of(&measurements, centre, 1).and_then(|a| a.fit(&measurements, ThirdRow::Free));
     let camera = found.ok_or_else(|| {
         Error::degenerate(Degeneracy::IllConditioned, "the points do not determine a camera with radial distortion")
@@ -132,8 +133,8 @@ struct Row {
 
 impl Alignment {
     /// For sets like `measurements`, with `terms` coefficients of g (1 to 3).
-    pub fn of(measurements: &[Measurement], centre: Vector2<f64>, terms: usize) -> Option<Self> {
-        let points = measurements.iter().filter_map(Measurement::as_point);
+    pub fn of(measurements: &[&Measurement], centre: Vector2<f64>, terms: usize) -> Option<Self> {
+        let points = measurements.iter().filter_map(|m| m.as_point());
         let space = Normalisation3::of(points.clone().filter_map(PointMeasurement::position))?;
         let mean = points.clone().map(|m| (m.pixel - centre).norm()).sum::<f64>() / points.count() as f64;
         let scale = 1.0 / mean;
@@ -141,17 +142,17 @@ impl Alignment {
     }
 
     /// The efficient fit, to any number of measurements from seven on.
-    pub fn fit(&self, measurements: &[Measurement], third: ThirdRow) -> Option<RadialCamera> {
+    pub fn fit(&self, measurements: &[&Measurement], third: ThirdRow) -> Option<RadialCamera> {
         self.fit_in_passes(measurements, third, 2)
     }
 
     /// The plain fit, for samples.
-    pub fn fit_once(&self, measurements: &[Measurement], third: ThirdRow) -> Option<RadialCamera> {
+    pub fn fit_once(&self, measurements: &[&Measurement], third: ThirdRow) -> Option<RadialCamera> {
         self.fit_in_passes(measurements, third, 1)
     }
 
-    fn fit_in_passes(&self, measurements: &[Measurement], third: ThirdRow, passes: usize) -> Option<RadialCamera> {
-        let rows: Vec<Row> = measurements.iter().filter_map(Measurement::as_point).map(|m| self.row(m)).collect();
+    fn fit_in_passes(&self, measurements: &[&Measurement], third: ThirdRow, passes: usize) -> Option<RadialCamera> {
+        let rows: Vec<Row> = measurements.iter().filter_map(|m| m.as_point()).map(|m| self.row(m)).collect();
         if rows.len() < MIN_POINTS {
             return None;
         }

@@ -1,14 +1,13 @@
 //! The calibration as a whole: gates, consensus, refinement, outliers set aside, verdict.
 
-use std::borrow::Cow;
-
 use nalgebra::{DMatrix, Vector2};
 
 use super::check;
-use super::consensus::CHI2_MEDIAN;
+use super::consensus::{CHI2_MEDIAN, ENOUGH};
 use super::freedom::{ALL, Freedom};
 use super::measurement::Measurement;
-use super::refine::{Refined, refine};
+use super::refine::{CONVERGED, PROVISIONAL, Refined, Refinement};
+use super::residuals::{distances, residuals};
 use super::spread::{self, Noise};
 use super::start::{Search, Start};
 use super::{Calibration, CalibrationOptions, Correspondences, DistortionModel, Observation};
@@ -41,10 +40,17 @@ pub fn calibrate_camera(set: &Correspondences, options: &CalibrationOptions) -> 
         return Err(Error::TooFewPoints { given: set.len(), needed });
     }
     let sigma = options.pixel_sigma.unwrap_or(ASSUMED_SIGMA);
-    let measurements: Vec<Measurement> =
-        set.observations().iter().map(|o| Measurement::new(o, sigma, options.pixel_sigma.is_none())).collect();
+    let (mut shots, mut exact) = (false, true);
+    let measurement = |o| {
+        let m = Measurement::new(o, sigma, options.pixel_sigma.is_none());
+        shots |= matches!(o, Observation::Shot { .. });
+        exact &= m.is_exact();
+        m
+    };
+    let measurements: Vec<Measurement> = set.observations().iter().map(measurement).collect();
     let known = options.fixed_lens.is_some();
-    let planar = spread::check(&measurements, known, needed, Noise::Ignored)?;
+    let all: Vec<&Measurement> = measurements.iter().collect();
+    let planar = spread::check(&all, known, needed, Noise::Ignored)?;
     check_image(set, &measurements)?;
 
     let search = Search {
@@ -52,19 +58,17 @@ pub fn calibrate_camera(set: &Correspondences, options: &CalibrationOptions) -> 
         height: set.height(),
         model: options.distortion,
         robust: options.robust,
+        whole: false,
         seed: options.seed,
         cancel: &options.cancel,
     };
-    let fitter = Fitter { measurements: &measurements, freedom: &freedom, options, needed, robust: options.robust };
-    let fit = |fitter: &Fitter<'_>, search: &Search<'_>| match &options.fixed_lens {
-        Some(lens) => search.pose(&measurements, lens, planar).and_then(|s| fitter.run(s)),
-        None => fitter.best_of(search),
-    };
-    let mut fitted = fit(&fitter, &search);
+    let fitter =
+        Fitter { measurements: &measurements, all: &all, freedom: &freedom, options, needed, robust: options.robust };
+    let mut fitted = fitter.fit(&search, planar);
     if options.robust && fitted.as_ref().map_or_else(is_geometry, |f| !fitter.supports(f)) {
         // Too few points to tell outliers from the rest: all of them, if they make a camera at all.
-        let all = Fitter { robust: false, ..fitter };
-        let plain = fit(&all, &Search { robust: false, ..search });
+        let every = Fitter { robust: false, ..fitter };
+        let plain = every.fit(&Search { robust: false, ..search }, planar);
         fitted = match (plain, fitted) {
             (Err(Error::Cancelled), _) => Err(Error::Cancelled),
             (Ok(plain), _) => Ok(plain),
@@ -74,13 +78,13 @@ pub fn calibrate_camera(set: &Correspondences, options: &CalibrationOptions) -> 
     }
     let fitted = fitted.map_err(|e| {
         // A fit that fails on points without relief fails because of that.
-        if is_geometry(&e) { spread::check(&measurements, known, needed, Noise::Counted).err().unwrap_or(e) } else { e }
+        if is_geometry(&e) { spread::check(&all, known, needed, Noise::Counted).err().unwrap_or(e) } else { e }
     })?;
     // Again without the outliers, which can lend relief to a plane, and with what noise there is.
-    if !(fitted.inliers.iter().all(|i| *i) && measurements.iter().all(Measurement::is_exact)) {
-        spread::check(&select(&measurements, &fitted.inliers), known, needed, Noise::Counted)?;
+    if !(exact && fitted.inliers.iter().all(|i| *i)) {
+        spread::check(fitted.refinement.measurements(), known, needed, Noise::Counted)?;
     }
-    verdict(set, &measurements, options, &freedom, fitted)
+    verdict(set, &measurements, shots, options, &freedom, fitted)
 }
 
 fn is_geometry(e: &Error) -> bool {
@@ -98,7 +102,7 @@ pub(super) fn plausible(camera: &Camera) -> bool {
         && (-0.5..1.5).contains(&(k.cy / h))
 }
 
-fn better(a: &Fitted, b: &Fitted) -> bool {
+fn better(a: &Fitted<'_>, b: &Fitted<'_>) -> bool {
     (plausible(&a.refined.camera), a.count()) > (plausible(&b.refined.camera), b.count())
 }
 
@@ -132,38 +136,32 @@ pub(super) fn validate(options: &CalibrationOptions) -> Result<()> {
 /// The image points must cover some of the image, and belong to it at all.
 fn check_image(set: &Correspondences, measurements: &[Measurement]) -> Result<()> {
     let (w, h) = (set.width() as f64, set.height() as f64);
-    let pixels = || measurements.iter().flat_map(|m| m.pixels());
     let (mut low, mut high) = (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY));
-    for pixel in pixels() {
-        low = low.inf(pixel);
-        high = high.sup(pixel);
+    let (mut inside, mut count) = (0, 0);
+    for m in measurements.iter().flat_map(|m| m.pixels()) {
+        (low, high) = (low.inf(m), high.sup(m));
+        inside += usize::from(m.x > -0.5 * w && m.x < 1.5 * w && m.y > -0.5 * h && m.y < 1.5 * h);
+        count += 1;
     }
     let extent = (high - low).norm();
     if extent < 1e-3 * w.hypot(h) {
         let detail = format!("the image points span {extent:.3} px");
         return Err(Error::degenerate(Degeneracy::ImageCollapsed, detail));
     }
-    let inside = |m: &&Vector2<f64>| m.x > -0.5 * w && m.x < 1.5 * w && m.y > -0.5 * h && m.y < 1.5 * h;
-    if pixels().filter(inside).count() * 2 < pixels().count() {
+    if inside * 2 < count {
         return Err(Error::invalid("uv", format!("most image points lie far outside the {w} x {h} image")));
     }
     Ok(())
 }
 
-fn select<'a>(measurements: &'a [Measurement], mask: &[bool]) -> Cow<'a, [Measurement]> {
-    if mask.iter().all(|i| *i) {
-        return measurements.into();
-    }
-    measurements.iter().zip(mask).filter(|(_, i)| **i).map(|(m, _)| m.clone()).collect()
-}
-
-struct Fitted {
+struct Fitted<'a> {
+    refinement: Refinement<'a>,
     refined: Refined,
     inliers: Vec<bool>,
     noise_factor: f64,
 }
 
-impl Fitted {
+impl Fitted<'_> {
     /// Measurements used.
     fn count(&self) -> usize {
         self.inliers.iter().filter(|i| **i).count()
@@ -173,6 +171,7 @@ impl Fitted {
 #[derive(Clone, Copy)]
 struct Fitter<'a> {
     measurements: &'a [Measurement],
+    all: &'a [&'a Measurement],
     freedom: &'a Freedom,
     options: &'a CalibrationOptions,
     needed: usize,
@@ -180,19 +179,26 @@ struct Fitter<'a> {
     robust: bool,
 }
 
-impl Fitter<'_> {
+impl<'a> Fitter<'a> {
     /// Does what was used outweigh what was set aside? Of a handful of points some can always be left
     /// out so that the rest fit: their equations beyond the unknowns must be half as many again.
-    fn supports(&self, fitted: &Fitted) -> bool {
+    fn supports(&self, fitted: &Fitted<'_>) -> bool {
         let used = fitted.count();
         let redundant = (2 * used).saturating_sub(self.freedom.count());
         2 * redundant >= 3 * (self.measurements.len() - used)
     }
 
+    fn fit(&self, search: &Search<'_>, planar: bool) -> Result<Fitted<'a>> {
+        match &self.options.fixed_lens {
+            Some(lens) => search.pose(self.all, lens, planar).and_then(|s| self.run(s)),
+            None => self.best_of(search),
+        }
+    }
+
     /// From the closed forms, the likeliest first; a start that does not lead to a camera gives way to
     /// the next one, guessed focal lengths come last.
-    fn best_of(&self, search: &Search<'_>) -> Result<Fitted> {
-        let mut best: Option<Result<Fitted>> = None;
+    fn best_of(&self, search: &Search<'_>) -> Result<Fitted<'a>> {
+        let mut best: Option<Result<Fitted<'a>>> = None;
         // True when what there is needs no other start.
         let mut attempt = |start: Result<Start>| -> Result<bool> {
             let other = start.and_then(|s| self.run(s));
@@ -212,7 +218,7 @@ impl Fitter<'_> {
         };
         let mut done = false;
         if self.options.distortion != DistortionModel::None {
-            match search.radial(self.measurements) {
+            match search.radial(self.all) {
                 Ok(starts) => {
                     for start in starts {
                         done = done || attempt(Ok(start))?;
@@ -223,9 +229,12 @@ impl Fitter<'_> {
                 Err(e) => done = attempt(Err(e))?,
             }
         }
-        done = done || attempt(search.projection(self.measurements))?;
+        done = done || attempt(search.projection(self.all))?;
+        if self.all.len() > ENOUGH {
+            done = done || attempt(Search { robust: false, whole: true, ..*search }.projection(self.all))?;
+        }
         if !done {
-            for guess in search.guesses(self.measurements) {
+            for guess in search.guesses(self.all) {
                 attempt(Ok(guess))?;
             }
         }
@@ -233,25 +242,34 @@ impl Fitter<'_> {
     }
 
     /// Refines and sets outliers aside in turn until the set stands still.
-    fn run(&self, start: Start) -> Result<Fitted> {
+    fn run(&self, start: Start) -> Result<Fitted<'a>> {
         let mut camera = start.camera;
         let mut factor = self.floor(start.noise_factor);
-        let mut inliers = self.classify(&self.distances(&camera), factor)?;
+        let mut inliers = self.classify(&distances(self.measurements, &camera), factor)?;
         self.force(&mut camera.intrinsics);
-        for round in 0..MAX_ROUNDS {
-            let subset = select(self.measurements, &inliers);
-            let refined = self.refine(&subset, camera, factor)?;
-            camera = refined.camera;
-            let distances = self.distances(&camera);
+        let mut refinement = Refinement::new(self.select(&inliers), camera, self.freedom, factor)?;
+        let rounds = if self.robust { MAX_ROUNDS } else { 0 };
+        if !self.robust {
+            self.minimise(&mut refinement, PROVISIONAL)?;
+            refinement.set_noise(factor)?;
+        }
+        for round in 0..rounds {
+            self.minimise(&mut refinement, PROVISIONAL)?;
+            let distances = distances(self.measurements, &refinement.camera);
             factor = self.floor(self.noise_factor(&distances, &inliers));
             let next = self.classify(&distances, factor)?;
-            // The first rounds bring in the lens; then a set that stands still is final.
-            if (next == inliers && round > 0) || !self.robust || round + 1 == MAX_ROUNDS {
-                return self.finish(camera, next, factor);
+            if next == inliers {
+                refinement.set_noise(factor)?;
+                // The first rounds bring in the lens; then a set that stands still is final.
+                if round > 0 {
+                    break;
+                }
+            } else {
+                inliers = next;
+                refinement = Refinement::new(self.select(&inliers), refinement.camera, self.freedom, factor)?;
             }
-            inliers = next;
         }
-        Err(Error::Internal { reason: "refinement rounds ran out".into() })
+        self.finish(refinement, inliers, factor)
     }
 
     /// What a prior of no width forces is not among the refinement's unknowns: it begins forced.
@@ -268,31 +286,33 @@ impl Fitter<'_> {
     }
 
     /// The last refinement, at the noise that its own residuals show.
-    fn finish(&self, camera: Camera, inliers: Vec<bool>, factor: f64) -> Result<Fitted> {
-        let subset = select(self.measurements, &inliers);
-        let mut refined = self.refine(&subset, camera, factor)?;
-        let freedom = (2 * subset.len()).saturating_sub(self.freedom.count());
-        let spread = if freedom > 0 { (refined.chi2 / freedom as f64).sqrt() } else { 1.0 };
-        let assumed = subset.iter().any(|m| m.assumed_noise());
+    fn finish(&self, mut refinement: Refinement<'a>, inliers: Vec<bool>, factor: f64) -> Result<Fitted<'a>> {
+        self.minimise(&mut refinement, CONVERGED)?;
+        let used = refinement.measurements();
+        let freedom = (2 * used.len()).saturating_sub(self.freedom.count());
+        let spread = if freedom > 0 { (refinement.chi2() / freedom as f64).sqrt() } else { 1.0 };
+        let assumed = used.iter().any(|m| m.assumed_noise());
         let mut noise_factor = spread;
         if assumed {
             noise_factor = self.floor(factor * spread);
-            refined = self.refine(&subset, refined.camera, noise_factor)?;
-        } else if spread > significant(freedom) {
+            refinement.set_noise(noise_factor)?;
+            self.minimise(&mut refinement, CONVERGED)?;
+        }
+        let mut refined = refinement.refined()?;
+        if !assumed && spread > significant(freedom) {
             // Known noises that the residuals contradict: the covariance says what the data show.
             refined.covariance *= spread * spread;
             refined.focal_deviation *= spread;
         }
-        Ok(Fitted { refined, inliers, noise_factor })
+        Ok(Fitted { refinement, refined, inliers, noise_factor })
     }
 
-    fn refine(&self, subset: &[Measurement], camera: Camera, factor: f64) -> Result<Refined> {
-        refine(subset, camera, self.freedom, factor, self.options.max_iterations, &self.options.cancel)
+    fn minimise(&self, refinement: &mut Refinement<'a>, tolerance: f64) -> Result<()> {
+        refinement.minimise(tolerance, self.options.max_iterations, &self.options.cancel)
     }
 
-    /// Squared distances of all measurements, in units of the stated or assumed noise.
-    fn distances(&self, camera: &Camera) -> Vec<f64> {
-        self.measurements.iter().map(|m| m.distance(camera)).collect()
+    fn select(&self, mask: &[bool]) -> Vec<&'a Measurement> {
+        self.all.iter().zip(mask).filter(|(_, used)| **used).map(|(m, _)| *m).collect()
     }
 
     /// Noise from the median distance of the inliers, in units of the assumed one.
@@ -334,20 +354,19 @@ pub(super) fn significant(freedom: usize) -> f64 {
 fn verdict(
     set: &Correspondences,
     measurements: &[Measurement],
+    shots: bool,
     options: &CalibrationOptions,
     freedom: &Freedom,
-    fitted: Fitted,
+    fitted: Fitted<'_>,
 ) -> Result<Calibration> {
-    let Fitted { refined, inliers, noise_factor } = fitted;
+    let Fitted { refinement, refined, inliers, noise_factor } = fitted;
     let camera = refined.camera;
-    let residuals: Vec<Vector2<f64>> =
-        measurements.iter().map(|m| m.residual(&camera).map_or(Vector2::repeat(f64::INFINITY), |(r, _)| r)).collect();
+    let residuals = residuals(measurements, &camera);
     let used = inliers.iter().filter(|i| **i).count();
     let sum: f64 = residuals.iter().zip(&inliers).filter(|(_, i)| **i).map(|(r, _)| r.norm_squared()).sum();
     let rms = (sum / used as f64).sqrt();
     let diagonal = (set.width() as f64).hypot(set.height() as f64);
     // Shots carry their own depth noise into the residual; points must simply fit.
-    let shots = set.observations().iter().any(|o| matches!(o, Observation::Shot { .. }));
     if !shots && rms > MAX_RMS * diagonal {
         return Err(Error::NoConsensus { inliers: 0, total: measurements.len() });
     }
@@ -363,9 +382,7 @@ fn verdict(
         }
         camera.check_lens()?;
     }
-    let subset = select(measurements, &inliers);
-    let assumed = subset.iter().any(Measurement::assumed_noise);
-    let check = check::check(&subset, &refined, freedom, options.distortion, if assumed { noise_factor } else { 1.0 });
+    let check = check::check(&refinement, &refined, freedom, options.distortion);
     let covariance = compact(&refined.covariance, camera.distortion.coefficients().len());
     Ok(Calibration {
         camera,

@@ -26,7 +26,7 @@ const NEARLY_PLANAR: f64 = 0.02;
 
 /// Refuses coincident and collinear sets, and coplanar ones unless `plane_is_enough`. Is it nearly a
 /// plane? A few stray points off it (outliers that a degenerate fit took in) do not make a relief.
-pub(crate) fn check(measurements: &[Measurement], plane_is_enough: bool, needed: usize, noise: Noise) -> Result<bool> {
+pub(crate) fn check(measurements: &[&Measurement], plane_is_enough: bool, needed: usize, noise: Noise) -> Result<bool> {
     let overflow = || Error::degenerate(Degeneracy::IllConditioned, "the points' extents overflow");
     let different = count_different(measurements, needed);
     if different < needed {
@@ -55,9 +55,9 @@ pub(crate) fn check(measurements: &[Measurement], plane_is_enough: bool, needed:
 }
 
 /// Measurements of different points or lines, counted up to `enough`.
-fn count_different(measurements: &[Measurement], enough: usize) -> usize {
+fn count_different(measurements: &[&Measurement], enough: usize) -> usize {
     let bits = |x: &Vector3<f64>, d: &Vector3<f64>| [x.x, x.y, x.z, d.x, d.y, d.z].map(f64::to_bits);
-    let key = |m: &Measurement| match m {
+    let key = |m: &&Measurement| match m {
         Measurement::Point(m) => position(m).map(|(x, _)| bits(&x, &Vector3::zeros())),
         Measurement::Line(m) => Some(bits(&m.point, &m.direction)),
     };
@@ -75,8 +75,8 @@ fn count_different(measurements: &[Measurement], enough: usize) -> usize {
 
 /// Lines that all meet in one point, at infinity if they are parallel, show it and nothing of the
 /// depth behind it: four of the eleven parameters are left open, and only two points close them.
-fn check_lines(measurements: &[Measurement], noise: Noise) -> Result<()> {
-    let lines: Vec<&LineMeasurement> = measurements.iter().filter_map(Measurement::as_line).collect();
+fn check_lines(measurements: &[&Measurement], noise: Noise) -> Result<()> {
+    let lines: Vec<&LineMeasurement> = measurements.iter().filter_map(|m| m.as_line()).collect();
     if lines.is_empty() || measurements.len() - lines.len() > 1 {
         return Ok(());
     }
@@ -136,10 +136,37 @@ fn principal<'a>(points: impl Iterator<Item = &'a StandIn> + Clone) -> Option<Pr
     Some((axes, extents, noises))
 }
 
+/// Is the set no plane, whatever strays are left out, because too many fours of its points are none? Each
+/// stray is in one of them, and a four is off every plane by its scatter's least eigenvalue or more. Says no
+/// where it cannot tell.
+fn fours_have_volume(points: &[StandIn], strays: usize, counted: f64) -> bool {
+    // Far apart in the set: neighbours are often of one wall.
+    let fours = points.len() / 4;
+    if fours <= strays {
+        return false;
+    }
+    let off = |i: usize| {
+        let four = [0, 1, 2, 3].map(|k| points[i + k * fours].0);
+        let centre = four.iter().sum::<Vector3<f64>>() * 0.25;
+        let scatter = four.iter().map(|x| (x - centre) * (x - centre).transpose()).sum::<Matrix3<f64>>();
+        // The other two eigenvalues' product is at most the square of half their sum.
+        let half = 0.5 * scatter.trace();
+        if half > 0.0 { (scatter.determinant() / (half * half)).max(0.0) } else { 0.0 }
+    };
+    let mut offs: Vec<f64> = (0..fours).map(off).collect();
+    let (most, _, _) = offs.select_nth_unstable_by(fours - strays, f64::total_cmp);
+    let least: f64 = most.iter().sum();
+    // What the largest extent and the noise of what is left can be at most, squared and summed.
+    let mean = points.iter().map(|(x, _)| x).sum::<Vector3<f64>>() / points.len() as f64;
+    let extent: f64 = points.iter().map(|(x, _)| (x - mean).norm_squared()).sum();
+    let noise: f64 = points.iter().map(|(_, c)| c.trace()).sum();
+    least > 2.0 * (NUMERICALLY_ZERO * NUMERICALLY_ZERO * extent).max(1.2 * 1.2 * counted * noise)
+}
+
 /// Is the set a plane once a few points are left out (three, or 2 %)?
 fn flat_but_for_strays(points: &[StandIn], normal: &Vector3<f64>, counted: f64) -> bool {
     let strays = 3.max(points.len() / 50);
-    if points.len() < strays + 6 {
+    if points.len() < strays + 6 || fours_have_volume(points, strays, counted) {
         return false;
     }
     // Distances of all points from the median height, those of the strays beyond the limit.

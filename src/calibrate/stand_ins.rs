@@ -50,11 +50,12 @@ impl Bundle {
 /// centre, a bundle's size away, whatever point of the line the user named. `None` for numbers that
 /// overflow.
 pub(crate) fn stand_ins(
-    measurements: &[Measurement],
+    measurements: &[&Measurement],
     position: impl Fn(&PointMeasurement) -> Option<StandIn>,
 ) -> Option<Vec<StandIn>> {
-    let mut found: Vec<StandIn> = measurements.iter().filter_map(|m| position(m.as_point()?)).collect();
-    let lines = || measurements.iter().filter_map(Measurement::as_line);
+    let mut found: Vec<StandIn> = Vec::with_capacity(measurements.len());
+    found.extend(measurements.iter().filter_map(|m| position(m.as_point()?)));
+    let lines = || measurements.iter().filter_map(|m| m.as_line());
     if lines().next().is_none() {
         return Some(found);
     }

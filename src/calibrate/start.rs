@@ -3,7 +3,7 @@
 
 use nalgebra::{Matrix2, Matrix3, Matrix3x4, Vector2, Vector3};
 
-use super::consensus::{CHI2_MEDIAN, Consensus, Model, Solver, median, search};
+use super::consensus::{CHI2_MEDIAN, Consensus, Model, Solver, few, median, search};
 use super::division_camera::image_centre;
 use super::freedom::blank_distortion;
 use super::lens_fit::{self, WIDEST};
@@ -33,16 +33,19 @@ pub(crate) struct Search<'a> {
     /// The lens that is fitted.
     pub model: DistortionModel,
     pub robust: bool,
+    /// All measurements count where none of them is an outlier, not only as many as a start needs.
+    pub whole: bool,
     pub seed: u64,
     pub cancel: &'a Cancel,
 }
 
 impl Search<'_> {
-    fn run<M: Model>(&self, measurements: &[Measurement], solver: &Solver<'_, M>) -> Result<Consensus<M>> {
+    fn run<M: Model>(&self, measurements: &[&Measurement], solver: &Solver<'_, M>) -> Result<Consensus<M>> {
         let found = if self.robust {
             search(measurements, solver, self.seed, self.cancel)?
         } else {
-            (solver.fit)(measurements).map(|p| Consensus::of(p, median(measurements, &p, &mut Vec::new())))
+            let some = if self.whole { measurements.to_vec() } else { few(measurements, self.seed) };
+            (solver.fit)(&some).map(|p| Consensus::of(p, median(&some, &p, &mut Vec::new())))
         };
         found.filter(|c| c.noise_factor.is_finite()).ok_or_else(|| {
             Error::degenerate(Degeneracy::IllConditioned, "no projection matrix puts the points in front of a camera")
@@ -50,10 +53,9 @@ impl Search<'_> {
     }
 
     /// Free intrinsics: DLT, then K, R, t from it.
-    pub fn projection(&self, measurements: &[Measurement]) -> Result<Start> {
-        let frame = dlt::Frame::of(measurements)
-            .ok_or_else(|| Error::degenerate(Degeneracy::ImageCollapsed, "the image points coincide"))?;
-        let minimal = |sample: &[Measurement]| dlt::minimal(&frame, sample.first_chunk()?);
+    pub fn projection(&self, measurements: &[&Measurement]) -> Result<Start> {
+        let frame = frame_of(&few(measurements, self.seed))?;
+        let minimal = |sample: &[&Measurement]| dlt::minimal(&frame, sample.first_chunk()?);
         let found =
             self.run(measurements, &Solver { sample: dlt::MIN_POINTS, minimal: &minimal, fit: &dlt::inverse_depth })?;
         let (intrinsics, pose) = super::decompose::decompose(&found.projection)?;
@@ -66,8 +68,8 @@ impl Search<'_> {
     ///
     /// # Errors
     /// `TooFewPoints` below seven points: lines, which the lens bends, are no help here.
-    pub fn radial(&self, all: &[Measurement]) -> Result<Vec<Start>> {
-        let measurements: &[Measurement] = &all.iter().filter(|m| m.as_point().is_some()).cloned().collect::<Vec<_>>();
+    pub fn radial(&self, all: &[&Measurement]) -> Result<Vec<Start>> {
+        let measurements: &[&Measurement] = &all.iter().filter(|m| m.as_point().is_some()).cloned().collect::<Vec<_>>();
         if measurements.len() < radial_alignment::MIN_POINTS {
             return Err(Error::TooFewPoints { given: measurements.len(), needed: radial_alignment::MIN_POINTS });
         }
@@ -78,13 +80,13 @@ impl Search<'_> {
                 .ok_or_else(|| Error::degenerate(Degeneracy::ImageCollapsed, "the image points coincide"))
         };
         let (coarse, fine) = (alignment(few)?, alignment(many)?);
-        let minimal = |sample: &[Measurement]| coarse.fit_once(sample, ThirdRow::Free);
-        let fit = |half: &[Measurement]| fine.fit(half, ThirdRow::Free);
+        let minimal = |sample: &[&Measurement]| coarse.fit_once(sample, ThirdRow::Free);
+        let fit = |half: &[&Measurement]| fine.fit(half, ThirdRow::Free);
         let solver = Solver { sample: radial_alignment::MIN_POINTS, minimal: &minimal, fit: &fit };
         let found = self.run(measurements, &solver)?;
         let limit = SEVERAL * found.noise_factor * found.noise_factor;
-        let near: Vec<Measurement> =
-            measurements.iter().filter(|m| found.projection.distance(m) <= limit).cloned().collect();
+        let near: Vec<&Measurement> =
+            measurements.iter().filter(|m| found.projection.distance(m) <= limit).copied().collect();
         let reach = near.iter().flat_map(|m| m.pixels()).map(|m| (m - centre).norm()).fold(0.0, f64::max);
         let fits = [Some(found.projection), fine.fit(&near, ThirdRow::Free), fine.fit(&near, ThirdRow::Square)];
         let cameras = fits.iter().flatten().filter_map(|r| {
@@ -106,28 +108,37 @@ impl Search<'_> {
     }
 
     /// Known lens: the pose alone, also from a plane.
-    pub fn pose(&self, measurements: &[Measurement], lens: &(Intrinsics, Distortion), planar: bool) -> Result<Start> {
+    pub fn pose(&self, measurements: &[&Measurement], lens: &(Intrinsics, Distortion), planar: bool) -> Result<Start> {
         // A fisheye lens sees what the plane of the pose's closed form cannot hold: the refinement does.
         let wide = matches!(lens.1, Distortion::Fisheye(_));
-        let on_plane = |(i, m)| match normalise(m, lens, i) {
-            Ok(n) if wide && n.pixels().iter().any(|p| p.norm() > WIDEST) => None,
-            Err(_) if wide => None,
-            normalised => Some(normalised),
-        };
-        let normalised = measurements.iter().enumerate().filter_map(on_plane).collect::<Result<Vec<_>>>()?;
-        let fit = if planar { pose_from_plane } else { pose_from_space };
+        let mut normalised = Vec::with_capacity(measurements.len());
+        for (i, m) in measurements.iter().enumerate() {
+            match normalise(m, lens, i) {
+                Ok(n) if wide && n.pixels().iter().any(|p| p.norm() > WIDEST) => {}
+                Err(_) if wide => {}
+                n => normalised.push(n?),
+            }
+        }
         let sample = if planar { 4 } else { dlt::MIN_POINTS };
         if normalised.len() < sample {
             return Err(Error::TooFewPoints { given: normalised.len(), needed: sample });
         }
-        let found = self.run(&normalised, &Solver { sample, minimal: &fit, fit: &fit })?;
+        let normalised: Vec<&Measurement> = normalised.iter().collect();
+        let found = if planar {
+            self.run(&normalised, &Solver { sample, minimal: &pose_from_plane, fit: &pose_from_plane })?
+        } else {
+            let frame = frame_of(&normalised)?;
+            let minimal = |sample: &[&Measurement]| nearest_pose(&dlt::minimal(&frame, sample.first_chunk()?)?);
+            let fit = |some: &[&Measurement]| nearest_pose(&dlt::inverse_depth(some)?);
+            self.run(&normalised, &Solver { sample, minimal: &minimal, fit: &fit })?
+        };
         let p = found.projection;
         let pose = Rigid { rotation: p.fixed_columns::<3>(0).into(), translation: p.column(3).into() };
         Ok(Start { camera: self.camera(lens.0, lens.1, pose), noise_factor: found.noise_factor })
     }
 
     /// Starts with guessed focal lengths, for sets on which the DLT gives an absurd camera.
-    pub fn guesses(&self, measurements: &[Measurement]) -> Vec<Start> {
+    pub fn guesses(&self, measurements: &[&Measurement]) -> Vec<Start> {
         let (w, h) = (self.width as f64, self.height as f64);
         [0.6, 1.0, 1.6, 2.5, 4.0]
             .iter()
@@ -155,9 +166,13 @@ fn normalise(m: &Measurement, lens: &(Intrinsics, Distortion), index: usize) -> 
     })
 }
 
+fn frame_of(measurements: &[&Measurement]) -> Result<dlt::Frame> {
+    dlt::Frame::of(measurements)
+        .ok_or_else(|| Error::degenerate(Degeneracy::ImageCollapsed, "the image points coincide"))
+}
+
 /// [R | t] nearest to a projection matrix of normalised pixels.
-fn pose_from_space(measurements: &[Measurement]) -> Option<Matrix3x4<f64>> {
-    let p = dlt::inverse_depth(measurements)?;
+fn nearest_pose(p: &Matrix3x4<f64>) -> Option<Matrix3x4<f64>> {
     let m: Matrix3<f64> = p.fixed_columns::<3>(0).into();
     let rotation = nearest_rotation(&m)?;
     let scale = (rotation.transpose() * m).trace() / 3.0;
@@ -165,8 +180,8 @@ fn pose_from_space(measurements: &[Measurement]) -> Option<Matrix3x4<f64>> {
 }
 
 /// [R | t] from points in a plane by their homography.
-fn pose_from_plane(measurements: &[Measurement]) -> Option<Matrix3x4<f64>> {
-    let measurements: Vec<&PointMeasurement> = measurements.iter().filter_map(Measurement::as_point).collect();
+fn pose_from_plane(measurements: &[&Measurement]) -> Option<Matrix3x4<f64>> {
+    let measurements: Vec<&PointMeasurement> = measurements.iter().filter_map(|m| m.as_point()).collect();
     let points: Vec<Vector3<f64>> = measurements.iter().filter_map(|m| m.position()).collect();
     if points.len() != measurements.len() || points.len() < 4 {
         return None;

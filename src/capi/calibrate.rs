@@ -16,15 +16,14 @@ use super::error::{c_string, ptzcal_error};
 use super::handle::{Handle, HandleOut, borrow, free};
 use super::sized::{self, SizedOut, SizedStruct};
 use super::status::ptzcal_status;
-use crate::calibrate::{Calibration, calibrate_camera, inputs_record};
-use crate::format::InputsRecord;
+use crate::calibrate::{Calibration, CalibrationOptions, Correspondences, calibrate_camera};
 
 /// A calibrated camera with all that says how good it is. Immutable: any number of threads may read
 /// it.
 pub struct ptzcal_calibration {
     pub(super) answer: Calibration,
     /// What ptzcal_calibrate_camera made it from; other functions' inputs are not a set alone.
-    pub(super) inputs: Option<InputsRecord>,
+    pub(super) inputs: Option<(Correspondences, CalibrationOptions)>,
     /// The texts that C borrows.
     pub(super) warnings: Vec<CString>,
     pub(super) weakest: OnceLock<CString>,
@@ -142,7 +141,7 @@ pub unsafe extern "C" fn ptzcal_calibrate_camera(
             unsafe { (HandleOut::new(result)?, borrow(set)?, ptzcal_calibration_options::settings(options)?) };
         let set = set.0.read(ptzcal_correspondences::NAME)?;
         let answer = calibrate_camera(&set, &options)?;
-        result.give(ptzcal_calibration { inputs: Some(inputs_record(&set, &options)), ..answer.into() });
+        result.give(ptzcal_calibration { inputs: Some((set.clone(), options)), ..answer.into() });
         Ok(())
     })
 }

@@ -17,7 +17,7 @@ use super::handle::{Exclusive, Handle, HandleOut, borrow};
 use super::scan::ptzcal_scan;
 use super::sized::SizedOut;
 use super::status::ptzcal_status;
-use crate::calibrate::{Observation, inputs_of};
+use crate::calibrate::{Observation, inputs_of, inputs_record};
 use crate::error::Result;
 use crate::format::{
     CameraRecord, ObservationRecord, OpenCvCamera, read_camera, read_correspondences_csv, read_opencv, write_camera,
@@ -53,7 +53,8 @@ pub unsafe extern "C" fn ptzcal_calibration_save(
     guard(error, || {
         // SAFETY: the caller keeps the header's rules for pointers.
         let (calibration, path) = unsafe { (borrow(calibration)?, self::path(path)?) };
-        write_camera(&path, &calibration.answer.record(calibration.inputs.clone()))
+        let inputs = calibration.inputs.as_ref().map(|(set, options)| inputs_record(set, options));
+        write_camera(&path, &calibration.answer.record(inputs))
     })
 }
 

@@ -6,17 +6,22 @@ use nalgebra::{DMatrix, DVector, Matrix2, Matrix6, SMatrix, SVector, Vector2};
 
 use super::model::{self, GLOBALS, POSE, Sheet, State, moved_pose};
 use super::view_sum::ViewSum;
-use crate::calibrate::block::LANES;
+use crate::calibrate::block::{LANES, Points};
 use crate::calibrate::freedom::Unknown;
 use crate::control::Cancel;
 use crate::error::{Degeneracy, Error, Result};
+use crate::geometry::Rigid;
 use crate::geometry::linalg::invert_spd;
-use crate::geometry::{Camera, Rigid};
 
-/// Part of an unknown's information that must be left when the poses are eliminated.
+/// Part of an unknown's information that must be left when poses and other unknowns are eliminated.
 const TAKEN_UP: f64 = 1e-9;
+/// Damping of a first step from afar, which is the least after one that failed, and from near by.
+pub(super) const CAUTIOUS: f64 = 1e-4;
+pub(super) const CONFIDENT: f64 = 1e-7;
 /// As good as no damping of what is determined at all.
 const UNDAMPED: f64 = 1e-9;
+/// Steps that shorten this much (squared) go on to do so: the next one's length is told without it.
+const FAST: f64 = 1e-2;
 pub(super) type Coupling = SMatrix<f64, POSE, GLOBALS>;
 
 /// A pixel that was seen, with the root of its information.
@@ -56,10 +61,26 @@ impl Seen {
 }
 
 /// What is used of one view.
-#[derive(Debug, Clone, Default)]
+#[derive(Clone, Default)]
 pub(crate) struct ViewData {
-    pub corners: Vec<(Vector2<f64>, Seen)>,
+    /// Places of the corners on the board.
+    pub at: Vec<Vector2<f64>>,
+    /// The corners of a flat board, a block at a time.
+    pub blocks: Vec<Points>,
     pub spot: Option<Seen>,
+}
+
+impl ViewData {
+    pub fn add(&mut self, at: &Vector2<f64>, seen: &Seen) {
+        let (lane, point) = (self.at.len() % LANES, at.push(0.0).push(1.0));
+        if lane == 0 {
+            self.blocks.push(Points::all_at(&point, &seen.pixel));
+        }
+        if let Some(block) = self.blocks.last_mut() {
+            block.set(lane, &point, &seen.pixel, &seen.whitening());
+        }
+        self.at.push(*at);
+    }
 }
 
 /// Something known beforehand: row . parameters ~ N(value, 1).
@@ -96,6 +117,8 @@ pub(crate) struct Stop<'a> {
     pub max_iterations: usize,
     /// Squared length of a step in units of the estimates' own noise below which it is done.
     pub step: f64,
+    /// Damping of the first step of an adjustment that begins.
+    pub damping: f64,
     pub cancel: &'a Cancel,
 }
 
@@ -118,22 +141,43 @@ pub(super) struct PoseBlock {
     pub coupling: Coupling,
 }
 
+/// Of the observations, and what the priors add.
 #[derive(Clone)]
 struct System {
-    h: [[f64; GLOBALS]; GLOBALS],
+    /// The upper triangle counts.
+    h: Square,
     g: [f64; GLOBALS],
     blocks: Vec<PoseBlock>,
-    cost: f64,
+    data_cost: f64,
     chi2: f64,
+    priors: PriorSum,
 }
 
+type Square = [[f64; GLOBALS]; GLOBALS];
+
+#[derive(Clone)]
+struct PriorSum {
+    h: Square,
+    g: [f64; GLOBALS],
+    cost: f64,
+}
+
+impl PriorSum {
+    const NONE: Self = Self { h: [[0.0; GLOBALS]; GLOBALS], g: [0.0; GLOBALS], cost: 0.0 };
+}
+
+/// An adjustment that can be gone on with.
 pub(crate) struct Adjusted {
     pub state: State,
-    /// Whitened squares of the residuals, priors not counted.
-    pub chi2: f64,
-    pub cost: f64,
     pub iterations: usize,
-    system: System,
+    system: Option<System>,
+    /// The linearisation is of the state before a last step of this squared length (0: of this one),
+    slack: f64,
+    /// after which one of this squared length may be left.
+    left: f64,
+    /// Squared length of the last step but that one; 0 after none.
+    before: f64,
+    damping: f64,
 }
 
 impl Problem<'_> {
@@ -142,48 +186,77 @@ impl Problem<'_> {
     /// # Errors
     /// `NoConvergence`, `Cancelled`.
     pub fn adjust(&self, state: State, stop: &Stop<'_>) -> Result<Adjusted> {
-        let mut state = state;
-        let mut system = System::new(self.views.len());
-        self.linearise(&state, &mut system)
-            .ok_or_else(|| no_convergence(0, "a board is behind the first estimate of the camera"))?;
-        let mut spare = system.clone();
-        let (mut damping, mut converged, mut iterations) = (1e-4, false, 0);
+        let mut adjusted = Adjusted::new(state, stop.damping);
+        self.go_on(&mut adjusted, stop)?;
+        Ok(adjusted)
+    }
+
+    /// # Errors
+    /// `NoConvergence`, `Cancelled`.
+    pub fn go_on(&self, a: &mut Adjusted, stop: &Stop<'_>) -> Result<()> {
+        let left = a.left;
+        let mut system = match a.system.take().filter(|_| left < stop.step) {
+            Some(mut system) => {
+                // Those that scale with the focal length may be others now.
+                system.priors = self.priors_at(&a.state);
+                system
+            }
+            None => {
+                (a.before, a.slack) = (a.slack, 0.0);
+                let mut system = System::new(self.views.len());
+                self.linearise(&a.state, &mut system)
+                    .ok_or_else(|| no_convergence(0, "a board is behind the first estimate of the camera"))?;
+                system
+            }
+        };
+        let mut spare = System::new(self.views.len());
+        let (mut converged, mut iterations) = (false, 0);
         while iterations < stop.max_iterations && !converged {
             stop.cancel.check()?;
             iterations += 1;
-            let next = self.step(&system, &state, damping);
+            let before = a.before;
+            let left = |size: f64| if size < FAST * before.min(1.0) { 2.0 * size * size / before } else { size };
+            let next = self.step(&system, &a.state, a.damping);
             // Damping shortens steps along what is hardly determined: without it the step must be short too.
-            if next.as_ref().is_some_and(|(_, size)| *size < stop.step)
-                && let Some((last, size)) = self.step(&system, &state, damping.min(UNDAMPED))
-                && size < stop.step
+            if next.as_ref().is_some_and(|next| left(next.size) < stop.step)
+                && let Some(last) = self.step(&system, &a.state, a.damping.min(UNDAMPED))
+                && left(last.size) < stop.step
             {
                 // Too short for the equations to be others after it.
-                (state, converged) = (last, true);
+                system.advance(&last.shared, last.size);
+                (a.state, a.left, a.slack) = (last.state, left(last.size), last.size);
+                converged = true;
                 break;
             }
-            let next = next.and_then(|(next, _)| {
-                self.linearise(&next, &mut spare)?;
-                (spare.cost <= system.cost * (1.0 + 1e-12)).then_some(next)
+            let next = next.and_then(|next| {
+                self.linearise(&next.state, &mut spare)?;
+                (spare.cost() <= system.cost() * (1.0 + 1e-12) + a.slack).then_some(next)
             });
             if let Some(next) = next {
-                let gain = system.cost - spare.cost;
-                converged = gain <= 1e-14 * (1e-12 + system.cost) && damping < 1e-2;
-                state = next;
+                let gain = system.cost() - spare.cost();
+                converged = gain <= 1e-14 * (1e-12 + system.cost()) && a.damping < 1e-2;
+                (a.state, a.before, a.slack) = (next.state, next.size, 0.0);
                 std::mem::swap(&mut system, &mut spare);
-                damping = (damping * 0.1).max(1e-12);
+                a.damping = (a.damping * 0.1).max(1e-12);
             } else {
-                damping *= 10.0;
-                if damping > 1e12 {
+                a.before = 0.0;
+                a.damping = (a.damping * 10.0).max(CAUTIOUS);
+                if a.damping > 1e12 {
                     // No downhill step of any length: at the minimum to rounding.
                     converged = system.gradient() <= 1e-3;
+                    a.damping = CAUTIOUS;
                     break;
                 }
             }
         }
-        if !converged {
-            return Err(no_convergence(iterations, &format!("cost {:.6e}, damping {damping:.1e}", system.cost)));
+        a.iterations += iterations;
+        let cost = system.cost();
+        a.system = Some(system);
+        if converged {
+            Ok(())
+        } else {
+            Err(no_convergence(iterations, &format!("cost {cost:.6e}, damping {:.1e}", a.damping)))
         }
-        Ok(Adjusted { state, chi2: system.chi2, cost: system.cost, iterations, system })
     }
 
     /// Normal equations at a state; `None` when something cannot be projected.
@@ -192,40 +265,45 @@ impl Problem<'_> {
         let mut sum = ViewSum::new(self);
         for ((view, pose), block) in self.views.iter().zip(&state.poses).zip(&mut system.blocks) {
             sum.clear();
-            for corners in view.corners.chunks(LANES) {
-                sum.add_corners(corners, state, pose)?;
+            for (points, at) in view.blocks.iter().zip(view.at.chunks(LANES)) {
+                sum.add_corners(points, at, state, pose)?;
             }
             if let Some(seen) = &view.spot {
                 sum.add_spot(&model::spot(state, &self.sheet, pose)?, seen);
             }
             sum.add_to(block, &mut system.h, &mut system.g);
-            system.cost += sum.cost;
+            system.data_cost += sum.cost;
             system.chi2 += sum.chi2;
         }
+        system.priors = self.priors_at(state);
+        system.cost().is_finite().then_some(())
+    }
+
+    fn priors_at(&self, state: &State) -> PriorSum {
         let now = state.globals();
+        let mut sum = PriorSum::NONE;
         for prior in self.priors {
-            let dot = |row: &[f64; GLOBALS]| row.iter().zip(&now).map(|(a, b)| a * b).sum::<f64>();
-            let residual = prior.value - dot(&prior.row);
-            system.cost += residual * residual;
+            let residual = prior.value - prior.row.iter().zip(&now).map(|(a, b)| a * b).sum::<f64>();
+            sum.cost += residual * residual;
             for (a, u) in self.unknowns.iter().enumerate() {
                 let by_a = u.derivative(&prior.row);
-                system.g[a] += by_a * residual;
+                sum.g[a] += by_a * residual;
                 for (b, w) in self.unknowns.iter().enumerate().skip(a) {
-                    system.h[a][b] += by_a * w.derivative(&prior.row);
+                    sum.h[a][b] += by_a * w.derivative(&prior.row);
                 }
             }
         }
-        system.cost.is_finite().then_some(())
+        sum
     }
 
-    /// The damped step's state, and the step's squared length in the metric of the normal equations.
-    fn step(&self, system: &System, state: &State, damping: f64) -> Option<(State, f64)> {
+    fn step(&self, system: &System, state: &State, damping: f64) -> Option<Step> {
         let n = self.unknowns.len();
         let mut h = system.shared(n);
         for i in 0..n {
             h[(i, i)] *= 1.0 + damping;
         }
-        let mut g = DVector::from_column_slice(&system.g[..n]);
+        let whole = DVector::from_fn(n, |i, _| system.g[i] + system.priors.g[i]);
+        let mut g = whole.clone();
         // Per view V^-1 [W | g], V damped like the rest.
         let mut solved = Vec::with_capacity(system.blocks.len());
         for block in &system.blocks {
@@ -252,7 +330,7 @@ impl Problem<'_> {
                 change[tied] += s;
             }
         }
-        let mut size: f64 = system.g[..n].iter().zip(step.iter()).map(|(g, s)| g * s).sum();
+        let mut size = whole.dot(&step);
         let mut next = state.moved(&change)?;
         for (((gain, own), block), pose) in solved.iter().zip(&system.blocks).zip(&mut next.poses) {
             let mut turn = *own;
@@ -262,31 +340,74 @@ impl Problem<'_> {
             size += block.g.dot(&turn);
             *pose = moved_pose(pose, &turn.into())?;
         }
-        size.is_finite().then_some((next, size))
+        size.is_finite().then_some(Step { shared: step, state: next, size })
     }
+}
+
+/// A damped step.
+struct Step {
+    shared: DVector<f64>,
+    state: State,
+    /// Squared length in the metric of the normal equations.
+    size: f64,
 }
 
 impl System {
     fn new(views: usize) -> Self {
         let block = PoseBlock { h: Matrix6::zeros(), g: SVector::zeros(), coupling: Coupling::zeros() };
-        Self { h: [[0.0; GLOBALS]; GLOBALS], g: [0.0; GLOBALS], blocks: vec![block; views], cost: 0.0, chi2: 0.0 }
+        let PriorSum { h, g, .. } = PriorSum::NONE;
+        Self { h, g, blocks: vec![block; views], data_cost: 0.0, chi2: 0.0, priors: PriorSum::NONE }
     }
 
     fn clear(&mut self) {
-        self.h = [[0.0; GLOBALS]; GLOBALS];
-        self.g = [0.0; GLOBALS];
-        (self.cost, self.chi2) = (0.0, 0.0);
+        PriorSum { h: self.h, g: self.g, .. } = PriorSum::NONE;
+        (self.data_cost, self.chi2) = (0.0, 0.0);
+    }
+
+    fn cost(&self) -> f64 {
+        self.data_cost + self.priors.cost
+    }
+
+    /// What the linearisation says of itself after an undamped step, which leaves no gradient.
+    fn advance(&mut self, step: &DVector<f64>, size: f64) {
+        let n = step.len();
+        let priors = &mut self.priors;
+        let mut prior_change = 0.0;
+        for a in 0..n {
+            let moved: f64 = (0..n).map(|b| priors.h[a.min(b)][a.max(b)] * step[b]).sum();
+            prior_change += (moved - 2.0 * priors.g[a]) * step[a];
+            priors.g[a] -= moved;
+            self.g[a] = -priors.g[a];
+        }
+        priors.cost += prior_change;
+        self.data_cost -= size + prior_change;
+        self.chi2 -= size + prior_change;
+        self.blocks.iter_mut().for_each(|block| block.g = SVector::zeros());
+    }
+
+    /// All whitenings by `by`.
+    fn scale(&mut self, by: f64) {
+        let squared = by * by;
+        self.h.iter_mut().flatten().chain(&mut self.g).for_each(|x| *x *= squared);
+        for block in &mut self.blocks {
+            block.h *= squared;
+            block.g *= squared;
+            block.coupling *= squared;
+        }
+        self.data_cost *= squared;
+        self.chi2 *= squared;
     }
 
     /// The shared unknowns' own block, upper triangle.
     fn shared(&self, n: usize) -> DMatrix<f64> {
-        DMatrix::from_fn(n, n, |a, b| self.h[a.min(b)][a.max(b)])
+        DMatrix::from_fn(n, n, |a, b| self.h[a.min(b)][a.max(b)] + self.priors.h[a.min(b)][a.max(b)])
     }
 
     /// The gradient's length in units of the parameters' own noise.
     fn gradient(&self) -> f64 {
         let own = |g: f64, h: f64| if h > 0.0 { g * g / h } else { 0.0 };
-        let shared: f64 = (0..GLOBALS).map(|i| own(self.g[i], self.h[i][i])).sum();
+        let p = &self.priors;
+        let shared: f64 = (0..GLOBALS).map(|i| own(self.g[i] + p.g[i], self.h[i][i] + p.h[i][i])).sum();
         let poses: f64 = self.blocks.iter().map(|b| (0..POSE).map(|i| own(b.g[i], b.h[(i, i)])).sum::<f64>()).sum();
         (shared + poses).sqrt()
     }
@@ -320,15 +441,38 @@ pub(crate) struct Covariance {
 }
 
 impl Adjusted {
+    fn new(state: State, damping: f64) -> Self {
+        Self { state, iterations: 0, system: None, slack: 0.0, left: f64::INFINITY, before: 0.0, damping }
+    }
+
+    /// Where all noises are now this many times smaller.
+    pub fn scale(&mut self, by: f64) {
+        if let Some(system) = &mut self.system {
+            system.scale(by);
+        }
+        // Lengths are in units of the noise.
+        [&mut self.left, &mut self.slack, &mut self.before].into_iter().for_each(|size| *size *= by * by);
+    }
+
+    /// Whitened squares of the residuals, priors not counted.
+    pub fn chi2(&self) -> f64 {
+        self.system.as_ref().map_or(f64::INFINITY, |system| system.chi2)
+    }
+
+    fn cost(&self) -> f64 {
+        self.system.as_ref().map_or(f64::INFINITY, System::cost)
+    }
+
     /// # Errors
     /// `Degenerate` when the normal equations are singular.
     pub fn covariance(&self, unknowns: &[Unknown]) -> Result<Covariance> {
         let singular = || Error::degenerate(Degeneracy::IllConditioned, "the normal equations are singular");
         let n = unknowns.len();
-        let mut h = self.system.shared(n);
-        let mut parts = Vec::with_capacity(self.system.blocks.len());
+        let system = self.system.as_ref().ok_or_else(singular)?;
+        let mut h = system.shared(n);
+        let mut parts = Vec::with_capacity(system.blocks.len());
         let mut pose_condition = 1.0f64;
-        for block in &self.system.blocks {
+        for block in &system.blocks {
             let (inverse, condition) =
                 invert_spd(&DMatrix::from_column_slice(POSE, POSE, block.h.as_slice())).ok_or_else(singular)?;
             pose_condition = pose_condition.max(condition);
@@ -343,12 +487,14 @@ impl Adjusted {
             }
             parts.push((Matrix6::from_column_slice(inverse.as_slice()), gain));
         }
-        // The rest would be rounding, which looks like a small but sound number when data are exact.
-        if (0..n).any(|i| h[(i, i)] <= TAKEN_UP * self.system.h[i][i]) {
-            return Err(singular());
-        }
         let (shared, condition) =
             if n > 0 { invert_spd(&h).ok_or_else(singular)? } else { (DMatrix::zeros(0, 0), pose_condition) };
+        // The rest would be rounding, which looks like a small but sound number when data are exact: what the poses
+        // leave of an unknown's information, and what the other unknowns leave of it.
+        let own = |i: usize| TAKEN_UP * (system.h[i][i] + system.priors.h[i][i]);
+        if (0..n).any(|i| h[(i, i)] <= own(i) || shared[(i, i)] * own(i) >= 1.0) {
+            return Err(singular());
+        }
         let spread = DMatrix::from_fn(GLOBALS, n, |i, j| f64::from(unknowns[j].moves(i)));
         let poses = parts
             .iter()
@@ -362,13 +508,6 @@ impl Adjusted {
     }
 }
 
-/// Squared whitened distance of a corner from its prediction; infinite where there is none.
-pub(crate) fn distance2(camera: &Camera, sheet: &Sheet, state: &State, at: &Vector2<f64>, seen: &Seen) -> f64 {
-    camera
-        .project(&sheet.point(&state.bend, at))
-        .map_or(f64::INFINITY, |pixel| seen.whiten(&(seen.pixel - pixel)).norm_squared())
-}
-
 /// The pose of one view with the rest as it is.
 pub(crate) fn adjust_pose(
     view: &ViewData,
@@ -380,7 +519,7 @@ pub(crate) fn adjust_pose(
 ) -> Result<(Rigid, f64)> {
     let problem = Problem { views: std::slice::from_ref(view), unknowns: &[], priors: &[], sheet, loss };
     let adjusted = problem.adjust(State { poses: vec![pose], ..state.clone() }, stop)?;
-    Ok((adjusted.state.poses[0], adjusted.cost))
+    Ok((adjusted.state.poses[0], adjusted.cost()))
 }
 
 #[cfg(test)]
@@ -390,7 +529,7 @@ mod tests {
     use super::*;
     use crate::geometry::rig_model::LaserLine;
     use crate::geometry::rigid::exp;
-    use crate::geometry::{Distortion, Intrinsics};
+    use crate::geometry::{Camera, Distortion, Intrinsics};
 
     /// Of corners and a spot, by every unknown, squares and robust.
     #[test]
@@ -415,7 +554,9 @@ mod tests {
             let pixel = Camera { pose, ..camera }.project(&at.push(0.001)).unwrap();
             (at, seen(pixel.x + (i % 3) as f64, pixel.y - (i % 5) as f64))
         };
-        let views = [ViewData { corners: (0..45).map(corner).collect(), spot: Some(seen(380.0, 290.0)) }];
+        let mut view = ViewData { spot: Some(seen(380.0, 290.0)), ..ViewData::default() };
+        (0..45).map(corner).for_each(|(at, seen)| view.add(&at, &seen));
+        let views = [view];
         let unknowns: Vec<Unknown> = (0..GLOBALS).map(|parameter| Unknown { parameter, tied: None }).collect();
         for loss in [Loss::Squares, Loss::Cauchy(3.0)] {
             let sheet = Sheet { centre: Vector2::new(0.02, -0.01), scale: 0.3 };
@@ -429,8 +570,8 @@ mod tests {
             let check = |name: &str, i: usize, g: f64, information: f64, moved: &dyn Fn(f64) -> State| {
                 // A thousandth of what the parameter alone would be known to.
                 let h = 1e-3 / information.sqrt();
-                let numeric = (at(&moved(h)).cost - at(&moved(-h)).cost) / (2.0 * h);
-                assert!((numeric + 2.0 * g).abs() < 1e-5 * information.sqrt() * system.cost.sqrt(), "{name} {i}");
+                let numeric = (at(&moved(h)).cost() - at(&moved(-h)).cost()) / (2.0 * h);
+                assert!((numeric + 2.0 * g).abs() < 1e-5 * information.sqrt() * system.cost().sqrt(), "{name} {i}");
             };
             for i in 0..GLOBALS {
                 check("shared", i, system.g[i], system.h[i][i], &|h| {

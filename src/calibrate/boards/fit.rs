@@ -2,14 +2,20 @@
 //! views of which half of the corners are off, laser spots.
 
 use nalgebra::{Matrix2, Vector2, Vector3};
+use rand_chacha::ChaCha8Rng;
+use rand_core::SeedableRng;
 
-use super::adjust::{Adjusted, Covariance, Loss, Prior, Problem, Seen, Stop, ViewData, adjust_pose, distance2};
+use super::adjust::{
+    Adjusted, CAUTIOUS, CONFIDENT, Covariance, Loss, Prior, Problem, Seen, Stop, ViewData, adjust_pose,
+};
 use super::model::{self, BEND, GLOBALS, LASER, Sheet, State};
 use super::start::{Start, pose_under, positions, reversed};
 use super::views::{BoardCorner, BoardView, Boards, MIN_CORNERS};
 use crate::calibrate::CalibrationOptions;
-use crate::calibrate::consensus::CHI2_MEDIAN;
+use crate::calibrate::consensus::{CHI2_MEDIAN, some};
 use crate::calibrate::freedom::{Freedom, ROTATION, Unknown};
+use crate::calibrate::measurement::squared_distance;
+use crate::calibrate::residuals;
 use crate::calibrate::solve::{ASSUMED_SIGMA, MAX_ROUNDS, OUTLIER, significant};
 use crate::error::{Error, Result};
 use crate::geometry::rig_model::LaserLine;
@@ -22,6 +28,8 @@ const CAUCHY: f64 = 3.0;
 const ROUGH: f64 = 1.0;
 const COARSE: f64 = 1e-4;
 const FINE: f64 = 1e-10;
+/// Corners of a view that say enough while lens and noise are found roughly.
+const ROUGH_CORNERS: usize = 64;
 /// One view cannot tell the principal point from the board's tilt: it is then expected at the image's
 /// centre, to within this part of the image's width.
 const CENTRE_SIGMA: f64 = 0.05;
@@ -72,11 +80,23 @@ pub(crate) struct Fitter<'a> {
     sigma: f64,
     /// Nobody stated the noise of a pixel: it is estimated.
     assumed: bool,
+    /// That noise is one for all.
+    common: bool,
+}
+
+/// An adjustment of all that is used, and the noise that it took for granted.
+struct Begun {
+    adjusted: Adjusted,
+    factor: f64,
 }
 
 impl<'a> Fitter<'a> {
     pub fn new(boards: &'a Boards, options: &'a CalibrationOptions) -> Self {
         let freedom = Freedom::of(options);
+        let stated = |v: &BoardView| {
+            v.corners.iter().any(|c| c.pixel_covariance.is_some())
+                || v.spot.is_some_and(|s| s.pixel_covariance.is_some())
+        };
         let lens = freedom.unknowns.iter().filter(|u| u.parameter < ROTATION).copied();
         let mut fitter = Self {
             boards,
@@ -88,6 +108,7 @@ impl<'a> Fitter<'a> {
             sigma: options.pixel_sigma.unwrap_or(ASSUMED_SIGMA),
             assumed: options.pixel_sigma.is_none()
                 && boards.views().iter().any(|v| v.corners.iter().any(|c| c.pixel_covariance.is_none())),
+            common: !boards.views().iter().any(stated),
         };
         if boards.bending() > 0.0 {
             for parameter in BEND..LASER {
@@ -140,65 +161,88 @@ impl<'a> Fitter<'a> {
             corners: self.boards.views().iter().map(|v| vec![true; v.corners.len()]).collect(),
             spots: vec![false; plane.len()],
         };
-        let distances = self.distances(&state)?;
+        let distances = self.distances(&state);
         self.drop_invisible(&distances, &mut selection)?;
-        let mut factor = self.floor(self.noise(&distances, &selection));
+        let thin = self.thinned(&selection);
+        let mut factor = self.floor(self.noise(&distances, &thin));
         let loss = if self.options.robust { Loss::Cauchy(CAUCHY) } else { Loss::Squares };
-        let mut state = self.adjust(&state, &selection, factor, loss, ROUGH)?.0;
+        let mut state = self.adjust(&state, &thin, factor, loss, ROUGH, None)?.0;
         if self.options.robust {
             // While the lens comes in the noise falls, and with it what an outlier is.
             for _ in 0..5 {
-                let next = self.floor(self.noise(&self.distances(&state)?, &selection));
+                let next = self.floor(self.noise(&self.distances(&state), &thin));
                 if next > 0.7 * factor {
                     break;
                 }
                 factor = next;
-                state = self.adjust(&state, &selection, factor, loss, ROUGH)?.0;
+                state = self.adjust(&state, &thin, factor, loss, ROUGH, None)?.0;
             }
         }
-        self.reverse_poses(&mut state, &selection, factor, loss)?;
+        self.reverse_poses(&mut state, &thin, factor, loss)?;
         self.settle(state, selection)
+    }
+
+    /// With no more corners of a view than say enough for the beginning, taken at random.
+    fn thinned(&self, selection: &Selection) -> Selection {
+        let mut random = ChaCha8Rng::seed_from_u64(self.options.seed);
+        let mut thin = selection.clone();
+        for corners in &mut thin.corners {
+            let used: Vec<usize> = (0..corners.len()).filter(|c| corners[*c]).collect();
+            if used.len() > ROUGH_CORNERS {
+                corners.fill(false);
+                some(&used, ROUGH_CORNERS, &mut random).iter().for_each(|c| corners[*c] = true);
+            }
+        }
+        thin
     }
 
     /// From a state near the solution whose selection may still have wrong spots.
     pub fn run_laser(&self, mut state: State, selection: Selection, factor: f64) -> Result<Fitted> {
         if self.options.robust {
-            state = self.adjust(&state, &selection, self.floor(factor), Loss::Cauchy(CAUCHY), COARSE)?.0;
+            state = self.adjust(&state, &selection, self.floor(factor), Loss::Cauchy(CAUCHY), COARSE, None)?.0;
         }
         self.settle(state, selection)
     }
 
     /// From a state near the solution: outliers set aside until the selection stands still.
     fn settle(&self, mut state: State, mut selection: Selection) -> Result<Fitted> {
-        let mut distances = self.distances(&state)?;
+        let mut distances = self.distances(&state);
         let mut factor = self.floor(self.noise(&distances, &selection));
+        let mut begun = None;
         if self.options.robust {
             for round in 0..MAX_ROUNDS {
+                let poses = state.poses.clone();
                 let next = self.classify(&mut state, &distances, &selection, factor)?;
+                if next != selection || state.poses != poses {
+                    begun = None;
+                }
                 if next == selection && round > 0 {
                     break;
                 }
                 selection = next;
-                state = self.adjust(&state, &selection, factor, Loss::Squares, COARSE)?.0;
-                distances = self.distances(&state)?;
+                let (adjusted_state, adjusted) =
+                    self.adjust(&state, &selection, factor, Loss::Squares, COARSE, begun.take())?;
+                state = adjusted_state;
+                begun = Some(Begun { adjusted, factor });
+                distances = self.distances(&state);
                 factor = self.floor(self.noise(&distances, &selection));
             }
         }
-        self.finish(state, selection, factor)
+        self.finish(state, selection, factor, begun)
     }
 
     /// The last adjustment, at the noise that its own residuals show.
-    fn finish(&self, state: State, selection: Selection, factor: f64) -> Result<Fitted> {
-        let (mut state, mut adjusted) = self.adjust(&state, &selection, factor, Loss::Squares, FINE)?;
+    fn finish(&self, state: State, selection: Selection, factor: f64, begun: Option<Begun>) -> Result<Fitted> {
+        let (mut state, mut adjusted) = self.adjust(&state, &selection, factor, Loss::Squares, FINE, begun)?;
         let used = selection.views.iter().filter(|v| **v).count();
         let equations = 2 * (selection.corner_count() + selection.spot_count());
         let freedom = equations.saturating_sub(self.parameters(used));
-        let spread = if freedom > 0 { (adjusted.chi2 / freedom as f64).sqrt() } else { 1.0 };
+        let spread = if freedom > 0 { (adjusted.chi2() / freedom as f64).sqrt() } else { 1.0 };
         let mut noise_factor = spread;
-        let iterations = adjusted.iterations;
         if self.assumed {
             noise_factor = self.floor(factor * spread);
-            (state, adjusted) = self.adjust(&state, &selection, noise_factor, Loss::Squares, FINE)?;
+            let begun = Some(Begun { adjusted, factor });
+            (state, adjusted) = self.adjust(&state, &selection, noise_factor, Loss::Squares, FINE, begun)?;
         }
         let mut covariance = adjusted.covariance(&self.unknowns)?;
         if !self.assumed && spread > significant(freedom) {
@@ -206,10 +250,12 @@ impl<'a> Fitter<'a> {
             covariance.globals *= spread * spread;
             covariance.poses.iter_mut().for_each(|c| *c *= spread * spread);
         }
-        Ok(Fitted { state, selection, covariance, noise_factor, chi2: adjusted.chi2, freedom, iterations })
+        let (chi2, iterations) = (adjusted.chi2(), adjusted.iterations);
+        Ok(Fitted { state, selection, covariance, noise_factor, chi2, freedom, iterations })
     }
 
-    /// Adjusts the used views; the state that comes back has the poses of all.
+    /// Adjusts the used views; the state that comes back has the poses of all. Goes on with what was begun
+    /// from there with the same selection and loss.
     fn adjust(
         &self,
         state: &State,
@@ -217,9 +263,13 @@ impl<'a> Fitter<'a> {
         factor: f64,
         loss: Loss,
         step: f64,
+        begun: Option<Begun>,
     ) -> Result<(State, Adjusted)> {
         let used: Vec<usize> = (0..selection.views.len()).filter(|v| selection.views[*v]).collect();
-        let views: Vec<ViewData> = used.iter().map(|&v| self.data(v, selection, factor)).collect::<Result<_>>()?;
+        let views: Vec<ViewData> = used
+            .iter()
+            .map(|&v| self.data(v, &selection.corners[v], selection.spots[v], factor))
+            .collect::<Result<_>>()?;
         let equations = 2 * (selection.corner_count() + selection.spot_count());
         if equations < self.parameters(used.len()) {
             let needed = self.parameters(used.len()).div_ceil(2);
@@ -234,7 +284,16 @@ impl<'a> Fitter<'a> {
         let priors: Vec<Prior> = scaled.chain(self.priors.iter().cloned()).collect();
         let problem = Problem { views: &views, unknowns: &self.unknowns, priors: &priors, sheet: self.sheet, loss };
         let poses = used.iter().map(|v| state.poses[*v]).collect();
-        let adjusted = problem.adjust(State { poses, ..state.clone() }, &self.stop(step))?;
+        let adjusted = match begun.filter(|_| self.common || !self.assumed) {
+            Some(mut begun) => {
+                if self.assumed {
+                    begun.adjusted.scale(begun.factor / factor);
+                }
+                problem.go_on(&mut begun.adjusted, &self.stop(step))?;
+                begun.adjusted
+            }
+            None => problem.adjust(State { poses, ..state.clone() }, &self.stop(step))?,
+        };
         let mut all = State { poses: state.poses.clone(), ..adjusted.state.clone() };
         for (v, pose) in used.iter().zip(&adjusted.state.poses) {
             all.poses[*v] = *pose;
@@ -243,7 +302,8 @@ impl<'a> Fitter<'a> {
     }
 
     fn stop(&self, step: f64) -> Stop<'a> {
-        Stop { max_iterations: self.options.max_iterations, step, cancel: &self.options.cancel }
+        let damping = if step == ROUGH { CAUTIOUS } else { CONFIDENT };
+        Stop { max_iterations: self.options.max_iterations, step, damping, cancel: &self.options.cancel }
     }
 
     fn seen(&self, pixel: &Vector2<f64>, covariance: Option<&Matrix2<f64>>, factor: f64) -> Result<Seen> {
@@ -252,31 +312,33 @@ impl<'a> Fitter<'a> {
         Seen::new(*pixel, &covariance).ok_or_else(|| Error::invalid("uv covariance", "is singular"))
     }
 
-    fn data(&self, view: usize, selection: &Selection, factor: f64) -> Result<ViewData> {
+    fn data(&self, view: usize, used: &[bool], spot: bool, factor: f64) -> Result<ViewData> {
         let v = &self.boards.views()[view];
-        let corners = v.corners.iter().zip(&selection.corners[view]).filter(|(_, used)| **used);
-        let corners = corners
-            .map(|(c, _)| Ok((c.board, self.seen(&c.pixel, c.pixel_covariance.as_ref(), factor)?)))
-            .collect::<Result<_>>()?;
-        let spot = v.spot.filter(|_| selection.spots[view]);
-        let spot = spot.map(|s| self.seen(&s.pixel, s.pixel_covariance.as_ref(), factor)).transpose()?;
-        Ok(ViewData { corners, spot })
+        let mut data = ViewData::default();
+        for (c, _) in v.corners.iter().zip(used).filter(|(_, used)| **used) {
+            data.add(&c.board, &self.seen(&c.pixel, c.pixel_covariance.as_ref(), factor)?);
+        }
+        let spot = v.spot.filter(|_| spot);
+        data.spot = spot.map(|s| self.seen(&s.pixel, s.pixel_covariance.as_ref(), factor)).transpose()?;
+        Ok(data)
     }
 
     /// Squared distances of all corners of every view, in units of the stated or assumed noise.
-    fn distances(&self, state: &State) -> Result<Vec<Vec<f64>>> {
+    fn distances(&self, state: &State) -> Vec<Vec<f64>> {
         (0..state.poses.len()).map(|view| self.view_distances(state, &state.poses[view], view)).collect()
     }
 
-    fn view_distances(&self, state: &State, pose: &Rigid, view: usize) -> Result<Vec<f64>> {
+    fn view_distances(&self, state: &State, pose: &Rigid, view: usize) -> Vec<f64> {
         let camera = Camera { pose: *pose, ..state.camera };
-        let corners = self.boards.views()[view].corners.iter();
-        corners
-            .map(|c| {
-                let seen = self.seen(&c.pixel, c.pixel_covariance.as_ref(), 1.0)?;
-                Ok(distance2(&camera, &self.sheet, state, &c.board, &seen))
-            })
-            .collect()
+        let corners = &self.boards.views()[view].corners;
+        let points = corners.iter().map(|c| (self.sheet.point(&state.bend, &c.board), c.pixel));
+        let common = 1.0 / (self.sigma * self.sigma);
+        let distance = |(c, r): (&BoardCorner, &Vector2<f64>)| match &c.pixel_covariance {
+            _ if !r.x.is_finite() => f64::INFINITY,
+            None => r.norm_squared() * common,
+            Some(covariance) => squared_distance(r, covariance),
+        };
+        corners.iter().zip(&residuals::of_points(&camera, points)).map(distance).collect()
     }
 
     /// By what a corner's squared distance must be divided when the noise is `factor` times the assumed one.
@@ -349,7 +411,7 @@ impl<'a> Fitter<'a> {
             let mut mask = agreeing(view, own);
             if !enough(&mask) {
                 self.pose_afresh(state, view, factor)?;
-                mask = agreeing(view, &self.view_distances(state, &state.poses[view], view)?);
+                mask = agreeing(view, &self.view_distances(state, &state.poses[view], view));
             }
             next.views[view] = enough(&mask);
             next.corners[view] = if next.views[view] { mask } else { vec![false; mask.len()] };
@@ -370,11 +432,7 @@ impl<'a> Fitter<'a> {
         let board = &self.boards.views()[view];
         let Some(pose) = pose_under(&state.camera, board, self.options) else { return Ok(()) };
         state.poses[view] = pose;
-        let corners = board.corners.iter();
-        let corners = corners
-            .map(|c| Ok((c.board, self.seen(&c.pixel, c.pixel_covariance.as_ref(), factor)?)))
-            .collect::<Result<_>>()?;
-        let data = ViewData { corners, spot: None };
+        let data = self.data(view, &vec![true; board.corners.len()], false, factor)?;
         match adjust_pose(&data, state, pose, self.sheet, Loss::Cauchy(CAUCHY), &self.stop(COARSE)) {
             Ok((pose, _)) => state.poses[view] = pose,
             Err(Error::Cancelled) => return Err(Error::Cancelled),
@@ -388,17 +446,17 @@ impl<'a> Fitter<'a> {
     fn reverse_poses(&self, state: &mut State, selection: &Selection, factor: f64, loss: Loss) -> Result<()> {
         for (view, board) in self.boards.views().iter().enumerate().filter(|(v, _)| selection.views[*v]) {
             let other = reversed(&state.poses[view], board);
-            let cost = |pose: &Rigid| -> Result<f64> {
-                let d = self.view_distances(state, pose, view)?;
+            let cost = |pose: &Rigid| -> f64 {
+                let d = self.view_distances(state, pose, view);
                 let corners = board.corners.iter().zip(&d).zip(&selection.corners[view]);
                 let used = corners.filter(|(_, used)| **used).map(|((c, d), _)| d / self.unit(c, factor));
-                Ok(used.map(|d| d.min(CAUCHY * CAUCHY * 10.0)).sum())
+                used.map(|d| d.min(CAUCHY * CAUCHY * 10.0)).sum()
             };
             // Far apart in cost, they cannot change places.
-            if cost(&other)? > 16.0 * cost(&state.poses[view])? {
+            if cost(&other) > 16.0 * cost(&state.poses[view]) {
                 continue;
             }
-            let data = self.data(view, selection, factor)?;
+            let data = self.data(view, &selection.corners[view], selection.spots[view], factor)?;
             let adjust = |pose| adjust_pose(&data, state, pose, self.sheet, loss, &self.stop(COARSE));
             if let (Ok((_, own)), Ok((pose, cost))) = (adjust(state.poses[view]), adjust(other))
                 && cost < own

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Vector2};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
+use crate::calibrate::consensus::{GLANCE, PROMISING};
 use crate::geometry::homography;
 
 /// Samples of four corners: a clean one is missed once in 10^5 when half of the corners are wrong.
@@ -43,6 +44,9 @@ pub(crate) fn of_view(
         }
         let pick = |points: &[Vector2<f64>]| -> [Vector2<f64>; 4] { std::array::from_fn(|i| points[order[i]]) };
         let Some(sample) = homography::of_four(&pick(board), &pick(image)) else { continue };
+        if is_hopeless(&sample, board, image, best.median) {
+            continue;
+        }
         let (candidate, _) = scored(sample, board, image, &mut distances);
         if candidate.median < best.median {
             best = candidate;
@@ -56,6 +60,13 @@ pub(crate) fn of_view(
         best = scored(matrix, board, image, &mut distances).0;
     }
     Some(best)
+}
+
+/// Does a glance at some of the corners show that their median distance is not below `best`?
+fn is_hopeless(h: &Matrix3<f64>, board: &[Vector2<f64>], image: &[Vector2<f64>], best: f64) -> bool {
+    let step = board.len() / GLANCE;
+    let seen = board.iter().zip(image).step_by(step.max(1)).take(GLANCE);
+    step >= 2 && seen.filter(|(b, i)| distance2(h, b, i) < best * best).count() < PROMISING
 }
 
 /// Mean distance from the middle.

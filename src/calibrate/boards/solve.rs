@@ -1,6 +1,6 @@
 //! The calibration from boards as a whole: starts in turn, gates, verdict.
 
-use nalgebra::{DMatrix, Matrix6, Vector2};
+use nalgebra::{DMatrix, Matrix6};
 
 use super::advice::advise;
 use super::fit::{Fitted, Fitter, sheet};
@@ -8,6 +8,7 @@ use super::start::Starts;
 use super::views::Boards;
 use super::{BoardCalibration, BoardPose};
 use crate::calibrate::freedom::ROTATION;
+use crate::calibrate::residuals;
 use crate::calibrate::solve::{MAX_RMS, plausible, validate};
 use crate::calibrate::{Calibration, CalibrationOptions, FitCheck};
 use crate::error::{Degeneracy, Error, Result};
@@ -111,14 +112,8 @@ pub(crate) fn report(boards: &Boards, fitted: &Fitted) -> BoardCalibration {
     let mut covariances = fitted.covariance.poses.iter();
     for (v, view) in boards.views().iter().enumerate() {
         let camera = Camera { pose: state.poses[v], ..state.camera };
-        let own: Vec<Vector2<f64>> = view
-            .corners
-            .iter()
-            .map(|c| {
-                let predicted = camera.project(&sheet.point(&state.bend, &c.board));
-                predicted.map_or(Vector2::repeat(f64::INFINITY), |p| c.pixel - p)
-            })
-            .collect();
+        let points = view.corners.iter().map(|c| (sheet.point(&state.bend, &c.board), c.pixel));
+        let own = residuals::of_points(&camera, points);
         let used = selection.views[v];
         let counted: Vec<f64> = own
             .iter()

@@ -1,10 +1,10 @@
 //! The normal equations of one view: rows of its corners a block at a time, and of its spot.
 
-use nalgebra::{Matrix6, SVector, Vector2};
+use nalgebra::{Matrix6, SVector, Vector2, Vector3};
 
 use super::adjust::{Coupling, Loss, PoseBlock, Problem, Seen};
 use super::model::{BEND, GLOBALS, LASER, POSE, Prediction, State};
-use crate::calibrate::block::{Block, LANES, POINT, Products, RESIDUAL};
+use crate::calibrate::block::{Block, LANES, POINT, Points, Products, RESIDUAL};
 use crate::calibrate::freedom::{ROTATION, Unknown};
 use crate::geometry::{Camera, Rigid};
 
@@ -28,13 +28,19 @@ impl<'a> ViewSum<'a> {
         (self.cost, self.chi2) = (0.0, 0.0);
     }
 
-    /// At most a block of corners.
-    pub fn add_corners(&mut self, corners: &[(Vector2<f64>, Seen)], state: &State, pose: &Rigid) -> Option<()> {
+    /// A block of corners, which are at these places on the board.
+    pub fn add_corners(&mut self, points: &Points, at: &[Vector2<f64>], state: &State, pose: &Rigid) -> Option<()> {
         let (unknowns, sheet) = (self.problem.unknowns, &self.problem.sheet);
-        for (lane, (at, seen)) in corners.iter().enumerate() {
-            self.rows.set(lane, &sheet.point(&state.bend, at).push(1.0), &seen.pixel, &seen.whitening());
+        let camera = Camera { pose: *pose, ..state.camera };
+        if state.bend == Vector3::zeros() {
+            self.rows.project_points(points, &camera)?;
+        } else {
+            let mut bent = points.clone();
+            for (lane, at) in at.iter().enumerate() {
+                bent.move_to(lane, &sheet.point(&state.bend, at).push(1.0));
+            }
+            self.rows.project_points(&bent, &camera)?;
         }
-        self.rows.project(&Camera { pose: *pose, ..state.camera }, corners.len())?;
         let of_pose: [Unknown; POSE] = std::array::from_fn(|i| Unknown { parameter: ROTATION + i, tied: None });
         self.products.take(&self.rows, &of_pose, 0);
         for (k, unknown) in unknowns.iter().enumerate() {
@@ -44,7 +50,7 @@ impl<'a> ViewSum<'a> {
                     // A coefficient of the sheet lifts the corner by its monomial.
                     for (to, row) in self.products.column(POSE + k).into_iter().zip(&self.rows.rows) {
                         *to = row[POINT + 2];
-                        for (to, (at, _)) in to.iter_mut().zip(corners) {
+                        for (to, at) in to.iter_mut().zip(at) {
                             *to *= sheet.monomials(at)[unknown.parameter - BEND];
                         }
                     }
@@ -55,11 +61,16 @@ impl<'a> ViewSum<'a> {
         for (to, row) in self.products.column(POSE + unknowns.len()).into_iter().zip(&self.rows.rows) {
             *to = row[RESIDUAL];
         }
-        let mut roots = [1.0; LANES];
-        for (squared, root) in self.rows.squares().iter().zip(&mut roots).take(corners.len()) {
-            *root = self.count(*squared);
-        }
-        if self.problem.loss != Loss::Squares {
+        let squares = self.rows.squares();
+        if self.problem.loss == Loss::Squares {
+            let sum: f64 = squares.iter().sum();
+            self.chi2 += sum;
+            self.cost += sum;
+        } else {
+            let mut roots = [1.0; LANES];
+            for (squared, root) in squares.iter().zip(&mut roots).take(at.len()) {
+                *root = self.count(*squared);
+            }
             for k in 0..=POSE + unknowns.len() {
                 for column in self.products.column(k) {
                     column.iter_mut().zip(&roots).for_each(|(x, root)| *x *= root);
