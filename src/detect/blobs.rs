@@ -121,6 +121,16 @@ impl Blob {
         Gaussian { x, y, amplitude: peak, shape }
     }
 
+    /// The columns and rows that such a spot takes, as far as the blob bears out its size.
+    fn reach(&self, spot: &Gaussian) -> [[f64; 2]; 2] {
+        let most = 3.0 * self.size() as f64 + 4.0;
+        let side = |centre: f64, variance: f64| {
+            let reach = (3.2 * variance.max(0.0).sqrt() + 1.0).min(most);
+            [centre - reach, centre + reach]
+        };
+        [side(spot.x, spot.shape[0]), side(spot.y, spot.shape[2])]
+    }
+
     /// Is the point within `margin` pixels of the bounding box?
     pub fn is_near(&self, point: [f64; 2], margin: f64) -> bool {
         (0..2).all(|i| point[i] >= self.low[i] as f64 - margin && point[i] <= self.high[i] as f64 + margin)
@@ -213,22 +223,20 @@ pub fn examine(
     if blob.area >= SHAPED && major > MAX_ELONGATION * minor {
         return Err("it is a line");
     }
+    let start = blob.start(carrier, false);
+    // What stands out of the noise and some about it, and what the spot must hold beyond that.
     let margin = |i: usize| 2.5 + 0.25 * (blob.high[i] - blob.low[i]) as f64;
-    let low = [0, 1].map(|i| blob.low[i] as f64 - margin(i));
-    let high = [0, 1].map(|i| blob.high[i] as f64 + margin(i));
-    let mut patch = cutter.cut(signal, area, low, high);
+    let stands_out = [0, 1].map(|i| [blob.low[i] as f64 - margin(i), blob.high[i] as f64 + margin(i)]);
+    let bounds = joined(stands_out, blob.reach(&start));
+    let mut patch = cutter.cut(signal, area, bounds);
     let clipped = patch.has_clipped();
-    let mut fit = patch.fit(blob.start(carrier, clipped)).ok_or("it has no peak")?;
-    // The spot can be wider than what stands out of the noise.
-    let reach = [fit.gaussian.shape[0], fit.gaussian.shape[2]].map(|v| 3.2 * v.sqrt() + 1.0);
-    let centre = [fit.gaussian.x, fit.gaussian.y];
-    let wanted = [0, 1].map(|i| reach[i].min(3.0 * blob.size() as f64 + 4.0));
-    if (0..2).any(|i| centre[i] - wanted[i] < low[i] - 1.0 || centre[i] + wanted[i] > high[i] + 1.0) {
-        let low = [0, 1].map(|i| low[i].min(centre[i] - wanted[i]));
-        let high = [0, 1].map(|i| high[i].max(centre[i] + wanted[i]));
-        patch = cutter.cut(signal, area, low, high);
-        fit = patch.fit(fit.gaussian).ok_or("it has no peak")?;
+    let start = if clipped { blob.start(carrier, true) } else { start };
+    let rough = patch.fit_roughly(&start).ok_or("it has no peak")?;
+    let reach = blob.reach(&rough.gaussian());
+    if (0..2).any(|i| reach[i][0] < bounds[i][0] - 1.0 || reach[i][1] > bounds[i][1] + 1.0) {
+        patch = cutter.cut(signal, area, joined(bounds, reach));
     }
+    let fit = patch.fit(&rough).ok_or("it has no peak")?;
 
     let gaussian = &fit.gaussian;
     let [major, minor] = gaussian.axes();
@@ -250,6 +258,11 @@ pub fn examine(
     Ok(Candidate { carrier, fit, clipped, strength })
 }
 
+/// The bounds that hold both.
+fn joined(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
+    [0, 1].map(|i| [a[i][0].min(b[i][0]), a[i][1].max(b[i][1])])
+}
+
 /// Memory that serves one patch after the other.
 #[derive(Debug, Default)]
 pub struct Cutter {
@@ -260,13 +273,13 @@ pub struct Cutter {
 }
 
 impl Cutter {
-    /// The patch of these bounds.
-    fn cut(&mut self, signal: &impl Signal, area: &SearchArea, low: [f64; 2], high: [f64; 2]) -> &mut Patch {
-        let inside = |axis: usize, side: Range<usize>| {
-            let start = (low[axis].max(0.0).floor() as usize).clamp(side.start, side.end - 1);
-            start..(high[axis].max(0.0).ceil() as usize + 1).clamp(start + 1, side.end)
+    /// The patch of these columns and rows, from and to.
+    fn cut(&mut self, signal: &impl Signal, area: &SearchArea, bounds: [[f64; 2]; 2]) -> &mut Patch {
+        let inside = |[low, high]: [f64; 2], side: Range<usize>| {
+            let start = (low.max(0.0).floor() as usize).clamp(side.start, side.end - 1);
+            start..(high.max(0.0).ceil() as usize + 1).clamp(start + 1, side.end)
         };
-        let (columns, rows) = (inside(0, area.columns()), inside(1, area.rows()));
+        let (columns, rows) = (inside(bounds[0], area.columns()), inside(bounds[1], area.rows()));
         let step = ((columns.len() * rows.len()) as f64 / MAX_PATCH as f64).sqrt().ceil().max(1.0) as usize;
         self.patch.begin(columns.start, rows.start, step, signal.signal_variance());
         self.row.clear();

@@ -114,8 +114,9 @@ impl Fit {
     }
 }
 
+/// A Gaussian on a background.
 #[derive(Debug, Clone, Copy)]
-struct Model {
+pub struct Model {
     parameters: Vector,
     amplitude: f64,
 }
@@ -159,21 +160,29 @@ impl Patch {
         self.has_clipped
     }
 
-    /// Fits from a start; `None` when there is no such maximum.
-    pub fn fit(&mut self, start: Gaussian) -> Option<Fit> {
-        let mut model = Model::new(&start)?;
-        let background = kernels::mean_weight(self);
-        self.weights.clear();
-        self.weights.resize(self.signal.len(), [0.0; LANES]);
-        kernels::weigh(self, &model, false);
-        model = self.descend(model, background, ROUGH)?.0;
-        // With the noise of the background at first, then with that of the model and without outliers.
-        kernels::weigh(self, &model, true);
-        let (mut fitted, mut normal) = self.descend(model, background, SETTLED)?;
-        if kernels::weigh(self, &fitted, true) {
-            (fitted, normal) = self.descend(fitted, background, SETTLED)?;
+    /// Fits to within a standard deviation, under the noise of the background and with all pixels; `None`
+    /// when there is no such maximum.
+    pub fn fit_roughly(&mut self, start: &Gaussian) -> Option<Model> {
+        let start = Model::new(start)?;
+        self.weigh(&start, false);
+        Some(self.descend(start, ROUGH)?.0)
+    }
+
+    /// Fits from a rough one, under the noise of the model and without outliers; `None` when there is no
+    /// such maximum.
+    pub fn fit(&mut self, rough: &Model) -> Option<Fit> {
+        self.weigh(rough, true);
+        let (mut fitted, mut normal) = self.descend(*rough, SETTLED)?;
+        if self.weigh(&fitted, true) {
+            (fitted, normal) = self.descend(fitted, SETTLED)?;
         }
         self.judge(&fitted, normal)
+    }
+
+    /// As [`kernels::weigh`].
+    fn weigh(&mut self, model: &Model, robust: bool) -> bool {
+        self.weights.resize(self.signal.len(), [0.0; LANES]);
+        kernels::weigh(self, model, robust)
     }
 
     /// Is the centre on the patch or beside it? From farther away the model could not come back.
@@ -187,8 +196,8 @@ impl Patch {
     }
 
     /// Levenberg-Marquardt with fixed weights, until a step would gain less than `settled`.
-    fn descend(&self, mut model: Model, background: f64, settled: f64) -> Option<(Model, Normal)> {
-        let prior = Prior::new(background, &model);
+    fn descend(&self, mut model: Model, settled: f64) -> Option<(Model, Normal)> {
+        let prior = Prior::new(kernels::mean_weight(self), &model);
         let mut damping = 1e-4;
         let mut normal = self.normal(&model, &prior);
         for _ in 0..MAX_ITERATIONS {
@@ -312,7 +321,7 @@ impl Model {
             && mean - half >= MAX_SIGMA.powi(-2)
     }
 
-    fn gaussian(&self) -> Gaussian {
+    pub fn gaussian(&self) -> Gaussian {
         let p = &self.parameters;
         let determinant = p[3] * p[5] - p[4] * p[4];
         let shape = [p[5] / determinant, -p[4] / determinant, p[3] / determinant];

@@ -29,7 +29,8 @@ for_each_processor! {
         limits: &Limits,
     ) {
         for i in 0..CHUNK {
-            let level = (off[i] + 0.5) as i32 as usize & 255;
+            // SAFETY: levels are means of bytes.
+            let level = unsafe { (off[i] + 0.5).to_int_unchecked::<i32>() } as usize & 255;
             difference[i] = on[i] - photometry.predict(off[i]);
             let (bright, dark) = (on[i] > limits[1][level], on[i] < limits[0][level]);
             class[i] |= if bright { BRIGHTER } else { dark as u8 * DARKER };

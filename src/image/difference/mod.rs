@@ -65,8 +65,8 @@ impl Changes {
         self.signals.reserve(USUAL_RUNS);
         self.limits.clear();
         self.limits.extend(carriers.iter().map(|c| c.photometry.limits(k)));
-        // Means are rounded to bytes for the coarse test.
-        let rounding = |frames: &FrameMean<'_>| if frames.count() > 1 { 0.5 } else { 0.0 };
+        // Means are rounded to bytes for the coarse test, to a half and what the fixed point leaves.
+        let rounding = |frames: &FrameMean<'_>| if frames.count() > 1 { 0.505 } else { 0.0 };
         let gate = Gate::new(&self.limits, rounding(on), rounding(off));
         let step = carriers[0].channel.step;
         let (mut spans, mut buffers) = (std::mem::take(&mut self.spans), std::mem::take(&mut self.buffers));

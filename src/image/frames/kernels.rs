@@ -11,10 +11,11 @@ for_each_processor! {
         }
     }
 
-    /// The sums times `share`, rounded.
-    pub fn scale_to_bytes(out: &mut [u8], sums: &[u16], share: f32) {
+    /// The sums over their count, rounded: times `share`, which is 2^24 over the count.
+    pub fn scale_to_bytes(out: &mut [u8], sums: &[u16], share: u32) {
         for (out, sum) in out.iter_mut().zip(sums) {
-            *out = (*sum as f32 * share + 0.5) as i32 as u8;
+            // At most 255 x 2^24 and a half.
+            *out = ((*sum as u32).wrapping_mul(share).wrapping_add(1 << 23) >> 24) as u8;
         }
     }
 }

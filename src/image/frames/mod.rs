@@ -127,7 +127,7 @@ impl<'a> FrameMean<'a> {
             kernels::add_bytes(&mut buffer.sums, &frame.row(0, y)[range.clone()]);
         }
         buffer.mean.resize(range.len(), 0);
-        kernels::scale_to_bytes(&mut buffer.mean, &buffer.sums, 1.0 / self.frames.len() as f32);
+        kernels::scale_to_bytes(&mut buffer.mean, &buffer.sums, (1 << 24) / self.frames.len() as u32);
         &buffer.mean
     }
 }

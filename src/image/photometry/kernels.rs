@@ -101,10 +101,13 @@ for_each_processor! {
                 // Two black pixels are no evidence of silence.
                 let counts = (0.5..CLIPPED).contains(&top);
                 let r = on - line[0] * off - line[1];
-                let cell = less(r.abs() * scale, (CELLS - 1) as f32) as i32;
-                let bin = off as i32 / BIN_WIDTH as i32;
+                let cell = less(r.abs() * scale, (CELLS - 1) as f32);
+                let units = less(r * r * Cell::UNIT + 0.5, Cell::MOST);
+                // SAFETY: levels are means of bytes, and `less` gives its second argument for what is no number.
+                let [cell, level, units]: [i32; 3] = [cell, off, units].map(|v| unsafe { v.to_int_unchecked() });
+                let bin = level / BIN_WIDTH as i32;
                 index[i] = if counts { bin * CELLS as i32 + cell } else { (BINS * CELLS) as i32 } as u32;
-                square[i] = less(r * r * Cell::UNIT + 0.5, Cell::MOST) as i32;
+                square[i] = units;
             }
             add(cells, &index, &square);
         }
