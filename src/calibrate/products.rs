@@ -10,9 +10,8 @@ use super::freedom::Unknown;
 /// Lanes whose products are summed apart until the end: those of the widest vectors.
 const PARTS: usize = 8;
 type Sum = [f64; PARTS];
-/// Columns that are multiplied by `ACROSS` others at a time.
+/// Columns that are multiplied by others at a time.
 const DOWN: usize = 2;
-const ACROSS: usize = 4;
 
 /// J^T J of rows that are given a block at a time.
 pub(crate) struct Products {
@@ -98,7 +97,10 @@ macro_rules! vectors {
             use std::arch::x86_64::{$add, $multiply, $vector, $zero};
             use std::mem::transmute;
 
-            use super::{ACROSS, DOWN, LANES, Lanes, PARTS, Sum};
+            use super::{DOWN, LANES, Lanes, PARTS, Sum};
+
+            /// Columns that they are multiplied by.
+            const ACROSS: usize = 4;
 
             #[target_feature(enable = $feature)]
             pub fn add(sums: &mut [Sum], rows: [&[Lanes]; 2]) {

@@ -47,6 +47,7 @@ impl<'a> PlaneView<'a> {
     }
 
     /// The plane's memory, where its top row begins in it, and the bytes from a row to the one below.
+    #[cfg(target_arch = "x86_64")]
     pub(super) fn memory(&self) -> (&'a [u8], usize, isize) {
         let first = if self.stride < 0 { (self.rows.max(1) - 1) * self.stride.unsigned_abs() } else { 0 };
         (self.data, first, self.stride)
