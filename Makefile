@@ -26,12 +26,14 @@ STRIP ?= strip
 # Where Debian has libraries, and its packages' folder.
 MULTIARCH := $(shell dpkg-architecture -qDEB_HOST_MULTIARCH 2>/dev/null || $${CC:-cc} -print-multiarch 2>/dev/null)
 DEB := $(TARGET)/deb
+AARCH64 := aarch64-unknown-linux-gnu
 
-.PHONY: help demo test fuzz accuracy bench install install-build install-files installcheck deb wheel wheel-files docs header lint release-abi need-cargo need-cc
+.PHONY: help demo test test-aarch64 fuzz accuracy bench install install-build install-files installcheck deb wheel wheel-files docs header lint release-abi need-cargo need-cc
 
 help:
 	@echo "make demo       scans a simulated room and calibrates cameras; results in target/demo"
 	@echo "make test       runs all tests"
+	@echo "make test-aarch64  those that differ by processor, on an emulated 64-bit ARM"
 	@echo "make accuracy   measures accuracy against bounds and truth; target/accuracy.json"
 	@echo "make fuzz       ten million random inputs for every reader of outside bytes"
 	@echo "make bench      measures speed, ours and the peers'; target/bench.json"
@@ -56,7 +58,16 @@ demo: need-cargo
 # The C and Python tests are part of it: cargo builds the library and runs them against it.
 test: need-cc
 	@[ -n '$(FEATURES)' ] || echo 'SKIPPED v4l2:// cameras: libclang is not installed (Debian: apt-get install libclang1-14 libclang-common-14-dev)'
-	$(CARGO) test $(FEATURES)
+	$(CARGO) test $(FEATURES) --no-fail-fast
+
+# What differs by processor, and the numbers that rest on it, as a 64-bit ARM's vectors compute them.
+test-aarch64: need-cargo
+	@command -v aarch64-linux-gnu-gcc >/dev/null && command -v qemu-aarch64 >/dev/null || \
+	  { echo "missing: apt-get install gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user"; exit 1; }
+	@rustup target list --installed | grep -q $(AARCH64) || { echo "missing: rustup target add $(AARCH64)"; exit 1; }
+	CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=aarch64-linux-gnu-gcc \
+	CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER="qemu-aarch64 -L /usr/aarch64-linux-gnu" \
+	$(CARGO) test --lib --target $(AARCH64) -- vectors image:: detect:: calibrate:: adjust:: geometry:: planes::
 
 # Ten million inputs for everything that reads bytes from outside.
 fuzz: need-cargo

@@ -121,9 +121,9 @@ impl Blob {
         Gaussian { x, y, amplitude: peak, shape }
     }
 
-    /// The columns and rows that such a spot takes, as far as the blob bears out its size.
-    fn reach(&self, spot: &Gaussian) -> [[f64; 2]; 2] {
-        let most = 3.0 * self.size() as f64 + 4.0;
+    /// The columns and rows that such a spot takes, at most a few pixels and so many times the blob's size.
+    fn reach(&self, spot: &Gaussian, times: f64) -> [[f64; 2]; 2] {
+        let most = times * self.size() as f64 + 4.0;
         let side = |centre: f64, variance: f64| {
             let reach = (3.2 * variance.max(0.0).sqrt() + 1.0).min(most);
             [centre - reach, centre + reach]
@@ -224,15 +224,15 @@ pub fn examine(
         return Err("it is a line");
     }
     let start = blob.start(carrier, false);
-    // What stands out of the noise and some about it, and what the spot must hold beyond that.
+    // What stands out of the noise and some about it. Faint blobs are flat, and their start may be far too wide.
     let margin = |i: usize| 2.5 + 0.25 * (blob.high[i] - blob.low[i]) as f64;
     let stands_out = [0, 1].map(|i| [blob.low[i] as f64 - margin(i), blob.high[i] as f64 + margin(i)]);
-    let bounds = joined(stands_out, blob.reach(&start));
+    let bounds = joined(stands_out, blob.reach(&start, 0.75));
     let mut patch = cutter.cut(signal, area, bounds);
     let clipped = patch.has_clipped();
     let start = if clipped { blob.start(carrier, true) } else { start };
     let rough = patch.fit_roughly(&start).ok_or("it has no peak")?;
-    let reach = blob.reach(&rough.gaussian());
+    let reach = blob.reach(&rough.gaussian(), 3.0);
     if (0..2).any(|i| reach[i][0] < bounds[i][0] - 1.0 || reach[i][1] > bounds[i][1] + 1.0) {
         patch = cutter.cut(signal, area, joined(bounds, reach));
     }
