@@ -157,6 +157,10 @@ fn describe(c: &Calibration, truth: &Camera, seconds: f64) {
             sigma(n - 3 + i) * 1e3
         );
     }
+    println!("   sigma takes the rig's model as exact; this one is off by about 1.5 mm at the points, on purpose.");
+    println!(
+        "   Where that matters, rig and cameras are adjusted together: \"Adjust rig and cameras together\" in README.md."
+    );
 }
 
 /// One page for the person who signs for the camera.
